@@ -1,0 +1,177 @@
+"""Contact velocities and what they do to the deformation, [Nakashima] Eqs. (21)-(43)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from softhand.compiled import compiled
+
+
+@compiled
+def contact_jacobian(contact, tip_columns, object_column, J, jacobian):
+    """Rows (v_x, v_y, v_z, w_z) of [J_CF, -J_O] in C_F, in the velocities of the rigid-body model.
+
+    jacobian . v is the velocity of the tip's material point at the contact relative to the object's, Eqs. (35), (42).
+
+    Args:
+        contact: one row of `records.CONTACT`, after `place_contact`.
+        tip_columns: velocity indices that move the tip, padded with -1.
+        object_column: first of the six velocity indices of the object.
+        J: world Jacobians of `Snapshot`, shape (6, nv).
+        jacobian: shape (4, nv); only columns of the tip and of the object are written.
+    """
+    for k in range(tip_columns.shape[0]):
+        if tip_columns[k] < 0:
+            break
+        _contact_column(contact, J, tip_columns[k], 1.0, jacobian)
+    for column in range(object_column, object_column + 6):
+        _contact_column(contact, J, column, -1.0, jacobian)
+
+
+@compiled
+def _contact_column(contact, J, column, sign, jacobian):
+    px, py, pz = contact.point[0], contact.point[1], contact.point[2]
+    wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
+    vx = sign * J[0, column] + wy * pz - wz * py
+    vy = sign * J[1, column] + wz * px - wx * pz
+    vz = sign * J[2, column] + wx * py - wy * px
+    R = contact.rotation
+    for row in range(3):
+        jacobian[row, column] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
+    jacobian[3, column] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
+
+
+@compiled
+def relative_velocity(tip_columns, object_column, jacobian, v, velocity):
+    """velocity = jacobian v, over the columns that move the tip and the object only."""
+    for row in range(4):
+        value = 0.0
+        for k in range(tip_columns.shape[0]):
+            if tip_columns[k] < 0:
+                break
+            value += jacobian[row, tip_columns[k]] * v[tip_columns[k]]
+        for column in range(object_column, object_column + 6):
+            value += jacobian[row, column] * v[column]
+        velocity[row] = value
+
+
+@compiled
+def deformation_rate(contact, velocity, rate):
+    """rate = J_delta^-1 velocity, Eq. (43) solved for the deformation.
+
+        J_delta = [0, R cosPhi, 0, 0;  0, 0, R, 0;  1, 0, 0, 0;  0, sinPhi, 0, 1]          (37), (42)
+
+    Args:
+        contact: one row of `records.CONTACT`, after `place_contact`.
+        velocity: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F, shape (4,).
+        rate: of dr [m/s], dtheta, dphi, dpsi [rad/s], shape (4,).
+    """
+    dtheta = velocity[0] / (contact.distance * contact.cos_Phi)
+    rate[0] = velocity[2]
+    rate[1] = dtheta
+    rate[2] = velocity[1] / contact.distance
+    rate[3] = velocity[3] - contact.sin_Phi * dtheta
+
+
+@compiled
+def integrate_memory(columns, contacts, jacobian, v, step, z):
+    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation."""
+    velocity, rate = np.empty(4), np.empty(4)
+    for i in range(contacts.shape[0]):
+        relative_velocity(columns[i], v.shape[0] - 6, jacobian[i], v, velocity)
+        deformation_rate(contacts[i], velocity, rate)
+        for k in range(3):
+            z[i, k] += step * rate[1 + k]
+
+
+@compiled
+def contact_force(contact, dF, force):
+    """force = J_delta^-T dF, Eq. (48): f_x, f_y, f_z [N] and tau [N m] on the object, in C_F."""
+    force[0] = (dF[1] - contact.sin_Phi * dF[3]) / (contact.distance * contact.cos_Phi)
+    force[1] = dF[2] / contact.distance
+    force[2] = dF[0]
+    force[3] = dF[3]
+
+
+@compiled
+def deformation_jacobian(distance, sin_Phi, cos_Phi, J_delta):
+    """J_delta of (37), (42): contact velocity in C_F from the rate of (dr, dtheta, dphi, dpsi), shape (4, 4)."""
+    J_delta[:] = 0.0
+    J_delta[0, 1] = distance * cos_Phi
+    J_delta[1, 2] = distance
+    J_delta[2, 0] = 1.0
+    J_delta[3, 1] = sin_Phi
+    J_delta[3, 3] = 1.0
+
+
+@compiled
+def contact_coordinates(pad, contact, tip_columns, object_column, object_pose, J, v, eta, eta_rate):
+    """eta = (theta, phi, alpha_o, psi) of (15), (20) and its rate by (38)-(40) for a plane face.
+
+    With E = [0 -1; 1 0], a plane (K_go = 0, M_go = I, T_go = 0) and (v, w) the rolling velocity V_C of (35):
+
+        alpha_f' = M_f^-1 R E w_xy                          (38)
+        alpha_o' = R_psi^-1 (R E w_xy + v_xy)               (39), with + where the paper prints -
+        psi'     = w_z + sinPhi theta'                      (40)
+
+    alpha_o are the coordinates of the contact point in the face frame, whose origin is the foot of the perpendicular
+    from the object frame's origin.
+
+    Args:
+        pad: one row of `records.PAD`.
+        contact: one row of `records.CONTACT`, evaluated.
+        tip_columns: velocity indices that move the tip, padded with -1.
+        object_column: first of the six velocity indices of the object.
+        object_pose: pose of the object, shape (12,).
+        J: world Jacobians of `Snapshot`, shape (6, nv).
+        v: velocity, shape (nv,).
+        eta: theta, phi [rad], alpha_o [m] (two), psi [rad], set, shape (5,).
+        eta_rate: set, shape (5,).
+    """
+    R = contact.rotation
+    # face frame in the world; x_C in it gives Psi
+    x_C_x, x_C_y, alpha_x, alpha_y = 0.0, 0.0, 0.0, 0.0
+    n, t = pad.face_normal, pad.face_tangent
+    sx, sy, sz = n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
+    for row in range(3):
+        tangent = object_pose[row] * t[0] + object_pose[3 + row] * t[1] + object_pose[6 + row] * t[2]
+        second = object_pose[row] * sx + object_pose[3 + row] * sy + object_pose[6 + row] * sz
+        arm = contact.point[row] - object_pose[9 + row]
+        x_C_x += tangent * R[row, 0]
+        x_C_y += second * R[row, 0]
+        alpha_x += tangent * arm
+        alpha_y += second * arm
+    Psi = math.atan2(-x_C_y, x_C_x)
+    eta[0] = contact.angles[0] + contact.deformation[1]
+    eta[1] = contact.angles[1] + contact.deformation[2]
+    eta[2], eta[3] = alpha_x, alpha_y
+    eta[4] = Psi - contact.deformation[3]
+    wx, wy = _rolling_rate(contact, tip_columns, object_column, J, v)
+    distance, rate = contact.distance, contact.deformation_rate
+    vx = contact.velocity[0] - distance * contact.cos_Phi * rate[1]
+    vy = contact.velocity[1] - distance * rate[2]
+    wz = contact.velocity[3] - contact.sin_Phi * rate[1] - rate[3]
+    eta_rate[0], eta_rate[1] = -wy / contact.cos_Phi, wx
+    along, across = -distance * wy + vx, distance * wx + vy
+    eta_rate[2] = x_C_x * along + x_C_y * across  # R_psi = [cosPsi -sinPsi; -sinPsi -cosPsi] is its own inverse
+    eta_rate[3] = x_C_y * along - x_C_x * across
+    eta_rate[4] = wz + contact.sin_Phi * eta_rate[0]
+
+
+@compiled
+def _rolling_rate(contact, tip_columns, object_column, J, v):
+    """w_x, w_y of V_C: angular velocity of the tip relative to the object less that of the deformation."""
+    x, y, z = 0.0, 0.0, 0.0
+    for k in range(tip_columns.shape[0]):
+        column = tip_columns[k]
+        if column < 0:
+            break
+        x, y, z = x + J[3, column] * v[column], y + J[4, column] * v[column], z + J[5, column] * v[column]
+    for column in range(object_column, object_column + 6):
+        x, y, z = x - J[3, column] * v[column], y - J[4, column] * v[column], z - J[5, column] * v[column]
+    R, rate = contact.rotation, contact.deformation_rate
+    wx = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z + rate[2]
+    wy = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z - contact.cos_Phi * rate[1]
+    return wx, wy

@@ -1,0 +1,94 @@
+"""All contacts of one snapshot in one compiled call: deformation, force and stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from softhand.compiled import compiled
+from softhand.contact.geometry import place_contact
+from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
+
+
+@intrinsic
+def _call(typing_context, address, arguments, results):  # type: ignore[no-untyped-def]
+    """Call the machine code void f(double*, double*) at an address; laws are data of the kernel, not part of it."""
+
+    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        pointers = [
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip(signature.args[1:], values[1:], strict=True)
+        ]
+        kind = ir.FunctionType(ir.VoidType(), [pointer.type for pointer in pointers])
+        function = builder.inttoptr(values[0], cgutils.voidptr_t)
+        builder.call(builder.bitcast(function, kind.as_pointer()), pointers)
+        return context.get_dummy_value()
+
+    return types.void(address, arguments, results), generate
+
+
+@compiled
+def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, contacts, jacobian):
+    """Geometry, relative velocity, deformation, force and, if asked, stiffness of every contact.
+
+    (R, Theta, Phi) follow from the poses, so dr = r - R cannot drift; only z = (dtheta, dphi, dpsi) has a memory.
+
+    Args:
+        pads: table `records.PAD`, shape (nc,).
+        columns: velocity indices that move each tip, padded with -1, shape (nc, longest chain).
+        poses: `Snapshot.poses`; the object is the last, shape (joints, 12).
+        J: `Snapshot.J`, shape (6, nv).
+        v: velocity, shape (nv,).
+        z: dtheta, dphi, dpsi of each contact [rad], shape (nc, 3).
+        lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.
+        with_stiffness: also d force / d displacement.
+        contacts: table `records.CONTACT`, set, shape (nc,).
+        jacobian: rows of [J_CF, -J_O], set, shape (nc, 4, nv).
+    """
+    object_pose = poses[poses.shape[0] - 1]
+    object_column = v.shape[0] - 6
+    results = np.empty(16)
+    for i in range(pads.shape[0]):
+        pad, contact = pads[i], contacts[i]
+        place_contact(pad, poses[pad.joint], object_pose, contact)
+        contact_jacobian(contact, columns[i], object_column, J, jacobian[i])
+        relative_velocity(columns[i], object_column, jacobian[i], v, contact.velocity)
+        deformation_rate(contact, contact.velocity, contact.deformation_rate)
+        contact.deformation[0] = pad.radius - contact.distance
+        for k in range(3):
+            contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
+        for k in range(4):
+            pad.law_arguments[k] = contact.deformation[k]
+        pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
+        _call(pad.force_function, pad.law_arguments, contact.deformation_force)
+        contact_force(contact, contact.deformation_force, contact.force)
+        if with_stiffness:
+            _call(pad.stiffness_function, pad.law_arguments, results)
+            _contact_stiffness(contact, results, contact.stiffness)
+
+
+@compiled
+def _contact_stiffness(contact, derivatives, stiffness):
+    """J_delta^-T (d dF / d delta) J_delta^-1; rows and columns (x, y, z, rotation about z)."""
+    to_theta = 1.0 / (contact.distance * contact.cos_Phi)
+    to_phi = 1.0 / contact.distance
+    twist = -contact.sin_Phi * to_theta
+    for row in range(4):  # columns of D J_delta^-1, with J_delta^-1 sparse
+        dr, dtheta = derivatives[4 * row], derivatives[4 * row + 1]
+        dphi, dpsi = derivatives[4 * row + 2], derivatives[4 * row + 3]
+        derivatives[4 * row] = dtheta * to_theta + dpsi * twist
+        derivatives[4 * row + 1] = dphi * to_phi
+        derivatives[4 * row + 2] = dr
+        derivatives[4 * row + 3] = dpsi
+    for column in range(4):
+        dr, dtheta = derivatives[column], derivatives[4 + column]
+        dphi, dpsi = derivatives[8 + column], derivatives[12 + column]
+        stiffness[0, column] = dtheta * to_theta + dpsi * twist
+        stiffness[1, column] = dphi * to_phi
+        stiffness[2, column] = dr
+        stiffness[3, column] = dpsi
+
+

@@ -1,0 +1,50 @@
+"""The two tables of the contact layer: what is fixed at each contact, and what holds at one state.
+
+Structured arrays of one row a contact: kernels read and write them by name, and their fields are live views for
+controllers and recordings.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softhand.laws.law import N_DEFORMATION
+
+MAX_LAW_PARAMETERS = 16
+LAW_ARGUMENTS = N_DEFORMATION + MAX_LAW_PARAMETERS
+
+PAD = np.dtype(
+    [
+        ("joint", np.int64),  # Pinocchio joint that carries the tip
+        ("rotation", np.float64, (3, 3)),  # axes of the finger frame F in the joint frame
+        ("position", np.float64, 3),  # origin of F in the joint frame [m]
+        ("radius", np.float64),  # of the undeformed hemisphere [m]
+        ("friction", np.float64),  # coefficient mu
+        ("face_normal", np.float64, 3),  # outward, in the object frame
+        ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
+        ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
+        ("force_function", np.int64),  # address of the compiled law
+        ("stiffness_function", np.int64),  # address of its derivatives
+        ("law_arguments", np.float64, LAW_ARGUMENTS),  # deformation (5) as the kernel sets it, then parameters
+    ]
+)
+"""One soft fingertip against one face of the object."""
+
+CONTACT = np.dtype(
+    [
+        ("rotation", np.float64, (3, 3)),  # R_BC: axes of the contact frame C_F in the world
+        ("point", np.float64, 3),  # contact point in the world [m]
+        ("tip", np.float64, 3),  # origin of F in the world [m]
+        ("distance", np.float64),  # R = r - dr: from the origin of F to the face [m]
+        ("angles", np.float64, 2),  # Theta, Phi [rad]
+        ("sin_Phi", np.float64),
+        ("cos_Phi", np.float64),
+        ("velocity", np.float64, 4),  # J_CF q' - J_O v_O: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F
+        ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]
+        ("deformation_rate", np.float64, 4),  # their rates
+        ("deformation_force", np.float64, 4),  # Fr [N], Ftheta, Fphi, Fpsi [N m]
+        ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
+        ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
+    ]
+)
+"""One contact at one state."""

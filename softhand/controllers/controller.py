@@ -1,0 +1,41 @@
+"""What a controller is: an observation in, joint torques out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.sensing import Observation
+from softhand.settings import Positive, Settings
+
+Torque: TypeAlias = NDArray[np.float64]
+
+
+class Controller(Settings, ABC):
+    """A control law. Its fields are its settings; what it remembers is its memory, which goes in and comes back.
+
+    Attributes:
+        period: own sampling period [s], a whole number of the scenario's control periods; None: every control period.
+    """
+
+    period: Positive | None = None
+
+    def start(self, observation: Observation) -> Any:
+        """The memory before the first call; None for a controller that remembers nothing."""
+        return None
+
+    @abstractmethod
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """One sample of the control law.
+
+        Args:
+            observation: the grasp now, live arrays.
+            memory: what `start` or the previous call returned.
+
+        Returns:
+            Joint torques [N m], shape (n,), and the memory for the next call. The effort limits of the URDF are applied
+            to the torques afterwards.
+        """

@@ -1,0 +1,88 @@
+"""The controller of the paper: regulates the object's pose and the internal force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softhand.compiled import compiled
+from softhand.controllers.controller import Controller, Torque
+from softhand.errors import ScenarioError
+from softhand.linear import least_norm
+from softhand.sensing import Observation
+from softhand.settings import Gain
+
+
+class Regulation(Controller):
+    """[Nakashima] Eq. (59):
+
+        tau = J_CF^fT { (J_O^fT)^+ [N_O - K_O (q_O - q_Od) - J_O^tauT tau_C] + K [f_N - K_N (f_N - f_Nd)] }
+              - K_v q_F' + N_F + J_CF^tauT tau_C
+
+    Without compensation both terms of tau_C are dropped. A gain is a number or a list of its diagonal.
+
+    Attributes:
+        torsion_compensation: whether the measured torsion moments are compensated.
+        K_O_position: stiffness of the position [N/m], one number or three.
+        K_O_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
+        K_v: joint damping [N m s/rad], one number or n.
+        K_N: gain of the internal force, one number or one a pair of contacts.
+    """
+
+    torsion_compensation: bool = True
+    K_O_position: Gain = 100.0
+    K_O_orientation: Gain = 0.3
+    K_v: Gain = 0.005
+    K_N: Gain = 1.5
+
+    def start(self, observation: Observation) -> Any:
+        """The gains as arrays; they never change."""
+        n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
+        position = _diagonal("K_O_position", self.K_O_position, 3)
+        orientation = _diagonal("K_O_orientation", self.K_O_orientation, 3)
+        K_v, K_N = _diagonal("K_v", self.K_v, n), _diagonal("K_N", self.K_N, pairs)
+        return np.concatenate([position, orientation]), K_v, K_N, np.zeros(n)
+
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """Eq. (59), compiled."""
+        seen, desired = observation, observation.desired
+        K_O, K_v, K_N, tau = memory
+        _regulation(seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.K, seen.contact_force,
+                    seen.internal_force, seen.q_O, desired.coordinates, desired.internal_force, seen.N_F, seen.N_O,
+                    seen.joint_velocity, K_O, K_v, K_N, self.torsion_compensation, tau)  # fmt: skip
+        return tau, memory
+
+
+def _diagonal(key: str, gain: Any, size: int) -> np.ndarray:
+    values = np.atleast_1d(np.asarray(gain, dtype=float))
+    if values.size not in (1, size):
+        raise ScenarioError(
+            f"controller.{key} has {values.size} entries; give one number or {size}.", key=key, value=gain
+        )
+    return np.broadcast_to(values, (size,)).copy()
+
+
+@compiled
+def _regulation(
+    J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F, K_O, K_v, K_N, compensate, tau
+):  # fmt: skip
+    nc, rows = J_CF_tau.shape[0], J_CF_f.shape[0]
+    wrench, f_C = np.empty(6), np.empty(rows)
+    for k in range(6):
+        wrench[k] = N_O[k] - K_O[k] * (q_O[k] - q_Od[k])
+        if compensate:
+            for i in range(nc):
+                wrench[k] -= J_O_tau[i, k] * contact_force[i, 3]
+    least_norm(J_O_f.T, wrench, f_C)
+    for k in range(K.shape[1]):
+        internal = f_N[k] - K_N[k] * (f_N[k] - f_Nd[k])
+        for row in range(rows):
+            f_C[row] += K[row, k] * internal
+    for j in range(tau.shape[0]):
+        tau[j] = N_F[j] - K_v[j] * qd_F[j]
+        for row in range(rows):
+            tau[j] += J_CF_f[row, j] * f_C[row]
+        if compensate:
+            for i in range(nc):
+                tau[j] += J_CF_tau[i, j] * contact_force[i, 3]

@@ -1,0 +1,310 @@
+"""The grasp at rest from which a run starts: contact forces, deformations and joint angles in equilibrium."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from softhand.contact.kinematics import deformation_jacobian
+from softhand.errors import GraspError
+from softhand.laws.law import Law
+from softhand.model.faces import Face
+from softhand.model.world import World
+from softhand.plant import Fingertip, State
+from softhand.sensing import contact_pairs
+
+Array = NDArray[np.float64]
+
+ON_FACE = 1e-6  # [m] a contact point may lie so far from its face
+RIM = math.radians(1.0)
+APEX = math.radians(89.0)
+"""Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A grasp at rest.
+
+    Attributes:
+        state: joints, object and deformation memory.
+        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (nc, 4).
+        force: f_x, f_y, f_z [N] and tau [N m] on the object in C_F, shape (nc, 4).
+        angles: Theta, Phi [rad], shape (nc, 2).
+        friction_use: |f_t| / (mu f_z), shape (nc,).
+    """
+
+    state: State
+    deformation: Array
+    force: Array
+    angles: Array
+    friction_use: Array
+
+
+def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
+    """The face of the object that each contact point lies on.
+
+    Args:
+        world: hand and object.
+        contact_points: in the object frame [m], one a tip.
+
+    Raises:
+        GraspError: a point lies on no face.
+    """
+    found = []
+    for tip, point in zip(world.tips, contact_points, strict=True):
+        face = min(world.faces, key=lambda face: abs(face.distance(point)) + max(face.overhang(point), 0.0))
+        gap = max(abs(face.distance(point)), face.overhang(point))
+        if gap > ON_FACE:
+            raise GraspError(
+                f"{tip.name}: the contact point {_mm(point)} mm of the object frame is {1e3 * gap:.3g} mm off the "
+                "nearest face; give a point of the surface in grasp.contact_points.",
+                finger=tip.name, quantity="contact point", value=gap,
+            )  # fmt: skip
+        found.append(face)
+    return found
+
+
+def solve_grasp(
+    world: World,
+    fingertips: Sequence[Fingertip],
+    contact_points: Sequence[ArrayLike],
+    internal_force: ArrayLike,
+    position: ArrayLike,
+    rotation: Array,
+    joint_guess: ArrayLike | None = None,
+) -> Grasp:
+    """Joint angles and deformations in equilibrium with gravity, without stored torsion.
+
+    The contact forces are f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0. Each tip then solves for the deformation
+    that the law answers with that force, and for the joint angles that put it there.
+
+    Args:
+        world: hand and object.
+        fingertips: law, friction and face of each tip.
+        contact_points: in the object frame [m], one a tip.
+        internal_force: f_N [N], one a pair of contacts, in the order of `contact_pairs`.
+        position: of the object frame in the world [m].
+        rotation: axes of the object frame in the world, shape (3, 3).
+        joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
+
+    Raises:
+        GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
+            torque beyond its limit, or a weight that the contacts cannot carry. Names the finger and the figure.
+    """
+    position = np.asarray(position, dtype=float)
+    points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
+    forces = _contact_forces(world, points, position, rotation, internal_force)
+    normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
+    for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
+        _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
+    angles = _initial_joints(world, joint_guess)
+    arm = _Arm(world)
+    nc = world.n_tips
+    deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
+    for i in range(nc):
+        deformation[i], contact_angles[i], contact_force[i] = _settle(
+            arm, i, fingertips[i], points[i], -normals[i], forces[i], angles
+        )
+    arm.move(angles)
+    _check_torques(arm, forces, points)
+    q = arm.q.copy()
+    q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
+    friction = np.array([fingertip.friction for fingertip in fingertips])
+    use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
+    state = State(q, np.zeros(world.model.nv), deformation[:, 1:].copy())
+    return Grasp(state, deformation, contact_force, contact_angles, use)
+
+
+def _contact_forces(
+    world: World, points: Sequence[Array], position: Array, rotation: Array, internal_force: ArrayLike
+) -> Array:
+    """Forces on the object at the contacts [N], in the world, shape (nc, 3)."""
+    nc = len(points)
+    inertia = world.model.inertias[world.object_joint]
+    weight = -inertia.mass * world.model.gravity.linear
+    load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
+    grasp_map = np.hstack([np.vstack([np.eye(3), pin.skew(point - position)]) for point in points])
+    carried = np.linalg.pinv(grasp_map, rcond=1e-9) @ load
+    residual = grasp_map @ carried - load
+    if np.linalg.norm(residual) > 1e-9 * (1.0 + np.linalg.norm(load)):
+        raise GraspError(
+            f"the contacts cannot carry the object: {np.linalg.norm(residual[:3]):.3g} N and "
+            f"{np.linalg.norm(residual[3:]):.3g} N m remain; move the contact points or add a finger.",
+            finger="", quantity="residual load", value=residual,
+        )  # fmt: skip
+    forces = carried.reshape(nc, 3).copy()
+    for (i, j), magnitude in zip(contact_pairs(nc), np.asarray(internal_force, dtype=float), strict=True):
+        direction = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
+        forces[i] += magnitude * direction
+        forces[j] -= magnitude * direction
+    return forces
+
+
+def _check_friction(name: str, friction: float, pressing: float, force: Array, normal: Array) -> None:
+    if pressing <= 0.0:
+        raise GraspError(
+            f"{name}: the contact would have to pull the object with {-pressing:.3g} N; a fingertip only pushes. "
+            "Raise grasp.internal_force or move the contact points.",
+            finger=name, quantity="normal force", value=pressing,
+        )  # fmt: skip
+    use = float(np.linalg.norm(force - (normal @ force) * normal)) / (friction * pressing)
+    if use > 1.0:
+        raise GraspError(
+            f"{name}: the start needs {use:.3g} times the available friction (mu = {friction:g}, "
+            f"{pressing:.3g} N pressing). Raise grasp.internal_force or fingertip.friction, or move the contact points.",
+            finger=name, quantity="friction use", value=use,
+        )  # fmt: skip
+
+
+def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
+    """Where the inverse kinematics starts [rad], shape (n,)."""
+    lower, upper = world.position_limits
+    if guess is None:
+        return np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
+    angles = np.array(guess, dtype=float)
+    if angles.shape != lower.shape:
+        raise GraspError(
+            f"grasp.joint_guess has {angles.size} angles; the hand has {lower.size} joints.",
+            finger="", quantity="joints", value=angles.size,
+        )  # fmt: skip
+    return np.clip(angles, lower, upper)
+
+
+class _Arm:
+    """Forward kinematics of the hand from joint angles."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.data = world.model.createData()
+        self.q = pin.neutral(world.model)
+
+    def move(self, angles: Array) -> None:
+        self.world.set_joint_position(angles, self.q)
+        pin.computeJointJacobians(self.world.model, self.data, self.q)
+
+    def tip(self, index: int) -> tuple[Array, Array]:
+        """Position [m] and axes of a finger frame F in the world."""
+        tip = self.world.tips[index]
+        pose = self.data.oMi[tip.joint]
+        return pose.translation + pose.rotation @ tip.position, pose.rotation @ tip.rotation
+
+    def point_jacobian(self, index: int, point: Array) -> Array:
+        """Velocity of a point that moves with a tip, from the joints of its finger, shape (3, joints of the finger)."""
+        columns = self.data.J[:, list(self.world.tips[index].columns)]
+        return columns[:3] - pin.skew(point) @ columns[3:]
+
+
+def _settle(
+    arm: _Arm, index: int, fingertip: Fingertip, point: Array, z_C: Array, force: Array, angles: Array
+) -> tuple[Array, Array, Array]:
+    """Deformation, (Theta, Phi) and contact force of one finger; sets its joints in `angles`."""
+    name, law = arm.world.tips[index].name, fingertip.law
+    deformation = np.zeros(4)
+    for _ in range(50):
+        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
+        _, axes = arm.tip(index)
+        u = axes.T @ z_C
+        Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
+        if not RIM < Phi < APEX:
+            place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
+            raise GraspError(
+                f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
+                f"{math.degrees(RIM):.0f} to {math.degrees(APEX):.0f} deg. Move the object or the contact point.",
+                finger=name, quantity="Phi", value=Phi,
+            )  # fmt: skip
+        x_C = axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
+        wanted = np.array([x_C @ force, np.cross(z_C, x_C) @ force, z_C @ force, 0.0])
+        previous = deformation
+        deformation = _deform(name, law, Phi, wanted)
+        if np.max(np.abs(deformation - previous)) < 1e-14:
+            break
+    return deformation, np.array([Theta, Phi]), wanted
+
+
+def _reach(arm: _Arm, index: int, target: Array, angles: Array) -> None:
+    """Set the joints of one finger so that its tip frame is at `target` [m]."""
+    tip = arm.world.tips[index]
+    columns = list(tip.columns)
+    lower, upper = (limit[columns] for limit in arm.world.position_limits)
+    trial = angles.copy()
+
+    def miss(values: Array) -> Array:
+        trial[columns] = values
+        arm.move(trial)
+        return arm.tip(index)[0] - target
+
+    def slope(values: Array) -> Array:
+        miss(values)
+        return arm.point_jacobian(index, arm.tip(index)[0])
+
+    best = None
+    starts = [angles[columns], *np.random.default_rng(0).uniform(np.maximum(lower, -3.2), np.minimum(upper, 3.2), (12, len(columns)))]
+    for start in starts:
+        inside = np.clip(start, lower + 1e-9, upper - 1e-9)
+        solution = least_squares(miss, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        if best is None or solution.cost < best.cost:
+            best = solution
+        if math.sqrt(2.0 * best.cost) < 1e-9:
+            break
+    values = best.x.copy()
+    for _ in range(3):
+        values = values - np.linalg.lstsq(slope(values), miss(values), rcond=1e-10)[0]
+    gap = float(np.linalg.norm(miss(values)))
+    if not gap < 1e-9 or np.any(values < lower) or np.any(values > upper):
+        short = math.sqrt(2.0 * best.cost)
+        raise GraspError(
+            f"{tip.name}: the contact point is out of reach by {1e3 * short:.3g} mm within the joint limits. "
+            "Move the object or the contact point closer, or give another grasp.joint_guess.",
+            finger=tip.name, quantity="reach", value=short,
+        )  # fmt: skip
+    angles[columns] = values
+
+
+def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
+    """The deformation that the law answers with a contact force, J_delta^-T dF = wanted."""
+    J_delta = np.zeros((4, 4))
+    scale = np.array([law.radius, 1.0, 1.0, 1.0])
+
+    def excess(scaled: Array) -> Array:
+        deformation = scaled * scale
+        deformation_jacobian(law.radius - deformation[0], math.sin(Phi), math.cos(Phi), J_delta)
+        return law(deformation, Phi) - J_delta.T @ wanted
+
+    size = np.array([1.0, law.radius, law.radius, law.radius]) * np.linalg.norm(wanted)
+    lower, upper = np.array([0.0, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
+    solution = least_squares(
+        lambda scaled: excess(scaled) / size, [0.1, 0.0, 0.0, 0.0], bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
+    if not np.linalg.norm(solution.fun) < 1e-9:
+        raise GraspError(
+            f"{name}: no deformation of the tip answers with the force {np.round(wanted[:3], 3).tolist()} N "
+            f"(best is off by {np.linalg.norm(solution.fun):.1e} of it). Lower grasp.internal_force or stiffen the tip.",
+            finger=name, quantity="force", value=wanted,
+        )  # fmt: skip
+    return solution.x * scale
+
+
+def _check_torques(arm: _Arm, forces: Array, points: Sequence[Array]) -> None:
+    """The joints can hold what the grasp asks of them."""
+    world = arm.world
+    torque = np.array(pin.computeGeneralizedGravity(world.model, arm.data, arm.q)[: world.n_joints])
+    pin.computeJointJacobians(world.model, arm.data, arm.q)
+    for i, (force, point) in enumerate(zip(forces, points, strict=True)):
+        torque[list(world.tips[i].columns)] += arm.point_jacobian(i, point).T @ force
+    worst = int(np.argmax(np.abs(torque) / world.effort_limit))
+    if abs(torque[worst]) > world.effort_limit[worst]:
+        raise GraspError(
+            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} N m at the start; its effort limit is "
+            f"{world.effort_limit[worst]:.3g} N m. Lower grasp.internal_force or the object's mass.",
+            finger=world.joint_names[worst], quantity="torque", value=float(torque[worst]),
+        )  # fmt: skip
+
+
+def _mm(point: ArrayLike) -> str:
+    return "(" + ", ".join(f"{1e3 * float(value):.4g}" for value in np.asarray(point)) + ")"

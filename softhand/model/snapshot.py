@@ -1,0 +1,58 @@
+"""Rigid-body terms at one state. Pinocchio runs here and nowhere else in a step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+from softhand.model.world import World
+
+_WORLD = pin.Convention.WORLD
+_DOUBLES_PER_POSE = 12
+
+
+class Snapshot:
+    """M, C v + g, g, Jacobians and joint poses at the last state given to `update` or `sense`.
+
+    All arrays are live views of Pinocchio's data: they change with the next update. Copy what you keep.
+
+    Attributes:
+        M: mass matrix, upper triangle only [kg, kg m, kg m^2], shape (nv, nv).
+        J: joint Jacobians; column k is the twist that velocity k gives to the bodies it moves: velocity of the point at
+            the world origin, then angular velocity, in world axes, shape (6, nv).
+        nle: Coriolis, centrifugal and gravity terms, C(q, v) v + N(q), shape (nv,).
+        gravity: N(q) alone, set by `sense` only, shape (nv,).
+        poses: pose of each joint frame in the world, rotation by columns then translation [m], shape (joints, 12).
+    """
+
+    def __init__(self, world: World) -> None:
+        self._model = world.model
+        self._data = world.model.createData()
+        self.M: NDArray[np.float64] = self._data.M
+        self.J: NDArray[np.float64] = self._data.J
+        self.nle: NDArray[np.float64] = self._data.nle
+        self.gravity: NDArray[np.float64] = self._data.g
+        self.poses = self._view_poses()
+
+    def _view_poses(self) -> NDArray[np.float64]:
+        """All joint poses as one array; they lie one behind the other in Pinocchio's vector."""
+        first = self._data.oMi[0].rotation
+        stride = 8 * _DOUBLES_PER_POSE
+        for index in range(self._model.njoints):
+            address = first.ctypes.data + index * stride
+            pose = self._data.oMi[index]
+            if pose.rotation.ctypes.data != address or pose.translation.ctypes.data != address + 8 * 9:
+                raise RuntimeError(f"Pinocchio {pin.__version__} lays out joint poses differently; please report this.")
+        return as_strided(first.T, shape=(self._model.njoints, _DOUBLES_PER_POSE), strides=(stride, 8))
+
+    def update(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
+        """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""
+        pin.crba(self._model, self._data, q, _WORLD)
+        pin.nonLinearEffects(self._model, self._data, q, v)
+
+    def sense(self, q: NDArray[np.float64]) -> None:
+        """Run at configuration q for what a controller needs: M, J, poses and gravity, but no velocity terms."""
+        pin.crba(self._model, self._data, q, _WORLD)
+        pin.computeGeneralizedGravity(self._model, self._data, q)

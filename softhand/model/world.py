@@ -1,0 +1,167 @@
+"""A hand and an object read from URDF and appended into one Pinocchio model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from softhand.errors import ModelError
+from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
+from softhand.model.faces import Face, read_faces
+from softhand.model.urdf import read_urdf
+
+FREE_FLYER_SIZE = 6
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Where a soft fingertip sits: its frame F in the frame of the joint that carries it."""
+
+    name: str
+    joint: int
+    """Index of the Pinocchio joint."""
+    rotation: NDArray[np.float64]
+    """Axes of F in the joint frame, shape (3, 3)."""
+    position: NDArray[np.float64]
+    """Origin of F in the joint frame [m], shape (3,)."""
+    columns: tuple[int, ...]
+    """Velocity indices of the joints that move this tip, from the base outward."""
+
+
+@dataclass(frozen=True)
+class World:
+    """Hand and object as one rigid-body model; the object is the last joint, a free-flyer.
+
+    Velocities are (joint velocities, object's linear and angular velocity in the object frame), Pinocchio's order.
+    """
+
+    model: pin.Model
+    tips: tuple[Tip, ...]
+    faces: tuple[Face, ...]
+    joint_names: tuple[str, ...]
+    hand_urdf: Path
+    object_urdf: Path
+
+    @property
+    def n_joints(self) -> int:
+        """Velocities of the hand."""
+        return self.model.nv - FREE_FLYER_SIZE
+
+    @property
+    def n_tips(self) -> int:
+        """Number of fingertips."""
+        return len(self.tips)
+
+    @property
+    def object_joint(self) -> int:
+        """Index of the free-flyer."""
+        return self.model.njoints - 1
+
+    @property
+    def object_mass(self) -> float:
+        """Mass of the object [kg]."""
+        return float(self.model.inertias[self.object_joint].mass)
+
+    @property
+    def effort_limit(self) -> NDArray[np.float64]:
+        """Largest torque of each joint [N m], shape (n,)."""
+        return np.array(self.model.upperEffortLimit[: self.n_joints])
+
+    @property
+    def position_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper limit of each joint [rad or m], infinite for continuous ones, each of shape (n,)."""
+        lower, upper = np.full(self.n_joints, -np.inf), np.full(self.n_joints, np.inf)
+        for kind, i, j in self.joints[:-1]:
+            if kind == ADDITIVE:
+                lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
+        return lower, upper
+
+    def set_joint_position(self, angles: NDArray[np.float64], q: NDArray[np.float64]) -> None:
+        """Write joint angles [rad or m], shape (n,), into a configuration of the model, shape (nq,)."""
+        for kind, i, j in self.joints[:-1]:
+            if kind == CONTINUOUS:
+                q[i : i + 2] = np.cos(angles[j]), np.sin(angles[j])
+            else:
+                q[i] = angles[j]
+
+    @property
+    def joints(self) -> NDArray[np.int64]:
+        """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
+        kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
+        rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(self.model.joints)[1:]]
+        return np.array(rows, dtype=np.int64)
+
+    @property
+    def envelope(self) -> NDArray[np.int64]:
+        """First nonzero column of each row of M and of M + J^T K J (lower triangle), shape (nv,)."""
+        first = np.zeros(self.model.nv, dtype=np.int64)
+        for index in range(1, self.model.njoints - 1):
+            joint = self.model.joints[index]
+            root = self.model.supports[index][1]
+            first[joint.idx_v : joint.idx_v + joint.nv] = self.model.joints[root].idx_v
+        return first
+
+
+def load_world(
+    hand_urdf: Path,
+    tip_names: Sequence[str],
+    object_urdf: Path,
+    object_mass: float | None = None,
+    gravity: Sequence[float] = (0.0, 0.0, -9.81),
+) -> World:
+    """Read hand and object and append them.
+
+    Args:
+        hand_urdf: file with the joints and links of the hand, fixed at its root.
+        tip_names: one frame a fingertip: centre of the hemisphere's flat face, x out of the tip.
+        object_urdf: file with one link, whose collision box gives the faces.
+        object_mass: replaces the mass of the file and scales its inertia alike [kg].
+        gravity: in the world frame [m/s^2].
+
+    Raises:
+        ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable faces.
+    """
+    hand = read_urdf(hand_urdf)
+    body = read_urdf(object_urdf, floating=True)
+    if body.nv != FREE_FLYER_SIZE:
+        raise ModelError(
+            f"{object_urdf}: the object has {body.nv - FREE_FLYER_SIZE} joints; an object is one rigid link.",
+            file=str(object_urdf),
+        )
+    for joint in list(hand.joints)[1:]:
+        if joint.nv != 1:
+            raise ModelError(
+                f"{hand_urdf}: joint '{hand.names[joint.id]}' has {joint.nv} degrees of freedom; "
+                "a hand is made of revolute, continuous and prismatic joints.",
+                file=str(hand_urdf),
+            )
+    faces = read_faces(object_urdf, body)
+    names = tuple(hand.names)[1:]
+    tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
+    model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
+    model.gravity.linear = np.asarray(gravity, dtype=float)
+    if object_mass is not None:
+        inertia = model.inertias[model.njoints - 1]
+        scale = object_mass / inertia.mass
+        model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
+    return World(model, tips, faces, names, Path(hand_urdf), Path(object_urdf))
+
+
+def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
+    """The tip frame of that name; Pinocchio gives no error for an unknown one."""
+    if not hand.existFrame(name):
+        links = [frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY]
+        raise ModelError(
+            f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
+        )
+    frame = hand.frames[hand.getFrameId(name)]
+    if frame.parentJoint == 0:
+        raise ModelError(f"{file}: the tip '{name}' is fixed to the base; no joint moves it.", file=str(file))
+    chain = list(hand.supports[frame.parentJoint])[1:]
+    columns = tuple(hand.joints[index].idx_v for index in chain)
+    return Tip(name, frame.parentJoint, frame.placement.rotation.copy(), frame.placement.translation.copy(), columns)

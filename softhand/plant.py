@@ -1,0 +1,186 @@
+"""Hand, object and soft contacts as one system of ordinary differential equations, [Nakashima] Eqs. (46)-(48)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.compiled import compiled
+from softhand.contact.layer import evaluate_contacts
+from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, PAD
+from softhand.errors import LawError
+from softhand.laws.law import N_DEFORMATION, Law, compile_law
+from softhand.linear import factor, solve
+from softhand.model.faces import Face
+from softhand.model.snapshot import Snapshot
+from softhand.model.world import World
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """Material of one tip and the face that it touches."""
+
+    law: Law
+    friction: float
+    """Coefficient mu."""
+    face: Face
+
+
+@dataclass
+class State:
+    """All that the future depends on, given the torques.
+
+    Attributes:
+        q: joint positions [rad or m], then position [m] and quaternion (x, y, z, w) of the object, shape (nq,).
+        v: joint velocities, then linear [m/s] and angular [rad/s] velocity of the object in its own frame, shape (nv,).
+        z: dtheta, dphi, dpsi of each contact [rad], shape (nc, 3).
+    """
+
+    q: Array
+    v: Array
+    z: Array
+
+    def copy(self) -> State:
+        """An independent copy."""
+        return State(self.q.copy(), self.v.copy(), self.z.copy())
+
+
+class Plant:
+    """Forces and accelerations at one state.
+
+    All arrays are live: `update` overwrites them.
+
+    Attributes:
+        world: the rigid bodies.
+        snapshot: their terms at the last state.
+        pads: constants of each contact, `records.PAD`, shape (nc,).
+        contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
+        jacobian: rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv).
+        joints: what `configuration.integrate` needs, shape (joints, 3).
+        columns: velocity indices that move each tip, padded with -1, shape (nc, longest chain).
+        envelope: first column of each row of the mass matrix, shape (nv,).
+    """
+
+    def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
+        self.world = world
+        self.snapshot = Snapshot(world)
+        self.joints = world.joints
+        self.envelope = world.envelope
+        self.columns = _pad_columns(world)
+        self.fingertips = tuple(fingertips)
+        self._code = {law: compile_law(law) for law in {fingertip.law for fingertip in fingertips}}
+        self.pads = self._build_pads()
+        self.contacts = np.zeros(world.n_tips, CONTACT)
+        self.jacobian = np.zeros((world.n_tips, 4, world.model.nv))
+        self._mass = np.zeros((world.model.nv, world.model.nv))
+
+    def _build_pads(self) -> NDArray[np.void]:
+        pads = np.zeros(self.world.n_tips, PAD)
+        for pad, tip, fingertip in zip(pads, self.world.tips, self.fingertips, strict=True):
+            code = self._code[fingertip.law]
+            if len(code.parameters) > MAX_LAW_PARAMETERS:
+                name = type(fingertip.law).__name__
+                raise LawError(
+                    f"law '{name}' has {len(code.parameters)} parameters; at most {MAX_LAW_PARAMETERS} fit.", law=name
+                )
+            pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
+            pad["radius"], pad["friction"] = fingertip.law.radius, fingertip.friction
+            pad["face_normal"], pad["face_tangent"] = fingertip.face.normal, fingertip.face.tangent
+            pad["face_offset"] = fingertip.face.offset
+            pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
+            arguments = np.zeros(LAW_ARGUMENTS)
+            arguments[N_DEFORMATION : N_DEFORMATION + len(code.parameters)] = code.parameters
+            pad["law_arguments"] = arguments
+        return pads
+
+    def update(self, q: Array, v: Array, z: Array) -> None:
+        """Rigid-body terms, contacts and forces at one state."""
+        self.snapshot.update(q, v)
+        self.touch(v, z)
+
+    def touch(self, v: Array, z: Array, lead: float = 0.0, with_stiffness: bool = False) -> None:
+        """Contacts and forces at the configuration of the snapshot; see `evaluate_contacts`."""
+        snapshot = self.snapshot
+        evaluate_contacts(
+            self.pads,
+            self.columns,
+            snapshot.poses,
+            snapshot.J,
+            v,
+            z,
+            lead,
+            with_stiffness,
+            self.contacts,
+            self.jacobian,
+        )
+
+    def acceleration(self, torque: Array, out: Array) -> Array:
+        """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).
+
+        M dv/dt = (torque, 0) - (C v + N) - J^T C_F                                                    (46), (47)
+        """
+        snapshot = self.snapshot
+        accelerate(
+            self.columns,
+            self.envelope,
+            self.contacts,
+            self.jacobian,
+            snapshot.M,
+            snapshot.nle,
+            torque,
+            self._mass,
+            out,
+        )
+        return out
+
+
+def _pad_columns(world: World) -> NDArray[np.int64]:
+    columns = np.full((world.n_tips, max(len(tip.columns) for tip in world.tips)), -1, dtype=np.int64)
+    for row, tip in zip(columns, world.tips, strict=True):
+        row[: len(tip.columns)] = tip.columns
+    return columns
+
+
+@compiled
+def generalized_force(columns, contacts, jacobian, nle, torque, out):
+    """out = (torque, 0) - nle - J^T C_F, shape (nv,)."""
+    nv = out.shape[0]
+    for k in range(nv):
+        out[k] = -nle[k]
+    for k in range(torque.shape[0]):
+        out[k] += torque[k]
+    for i in range(contacts.shape[0]):
+        force = contacts[i].force
+        for k in range(columns.shape[1]):
+            column = columns[i, k]
+            if column < 0:
+                break
+            for row in range(4):
+                out[column] -= jacobian[i, row, column] * force[row]
+        for column in range(nv - 6, nv):
+            for row in range(4):
+                out[column] -= jacobian[i, row, column] * force[row]
+
+
+@compiled
+def copy_mass(M, envelope, mass):
+    """Lower triangle of the symmetric `mass` inside its envelope from the upper triangle that Pinocchio fills."""
+    for i in range(M.shape[0]):
+        for j in range(envelope[i], i + 1):
+            mass[i, j] = M[j, i]
+
+
+@compiled
+def accelerate(columns, envelope, contacts, jacobian, M, nle, torque, mass, out):
+    """out = M^-1 ((torque, 0) - nle - J^T C_F); `mass` is scratch, shape (nv, nv)."""
+    generalized_force(columns, contacts, jacobian, nle, torque, out)
+    copy_mass(M, envelope, mass)
+    if factor(mass, envelope) >= 0:
+        out[:] = np.nan
+    else:
+        solve(mass, envelope, out)

@@ -1,0 +1,55 @@
+"""Error-controlled integration with scipy: the reference for all other steppers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+
+from softhand.plant import Plant, State
+from softhand.settings import Positive
+from softhand.steppers.flow import Flow
+from softhand.steppers.stepper import Integration, Stepper
+
+
+class Adaptive(Stepper):
+    """Explicit Runge-Kutta of order 8 (Dormand-Prince 853, scipy) with error control.
+
+    Each `step` is integrated in as many sub-steps as the tolerances ask for. Slow and exact: use it to judge others.
+
+    Attributes:
+        rtol: relative tolerance.
+        atol: absolute tolerance, SI units.
+    """
+
+    rtol: Positive = 1e-9
+    atol: Positive = 1e-11
+
+    def start(self, plant: Plant) -> Integration:
+        """Ready to integrate this plant."""
+        return _AdaptiveIntegration(plant, self)
+
+
+class _AdaptiveIntegration(Integration):
+    def __init__(self, plant: Plant, settings: Adaptive) -> None:
+        self._flow, self._settings = Flow(plant), settings
+        self._y = np.zeros(self._flow.size)
+        self._first_step: float | None = None
+
+    def advance(self, state: State, torque: NDArray[np.float64]) -> None:
+        flow, settings = self._flow, self._settings
+        flow.gather(state, self._y)
+
+        def rate(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+            return flow.rate(y, torque, np.empty(flow.size))
+
+        options: dict[str, Any] = {"rtol": settings.rtol, "atol": settings.atol, "first_step": self._first_step}
+        solver = DOP853(rate, 0.0, self._y.copy(), settings.step, **options)
+        while solver.status == "running":
+            message = solver.step()
+        if solver.status == "failed":
+            raise FloatingPointError(message)
+        self._first_step = min(settings.step, float(solver.h_abs))
+        flow.scatter(solver.y, state)

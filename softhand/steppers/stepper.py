@@ -1,0 +1,33 @@
+"""What a stepper is: it carries a state over one time step under held torques."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.plant import Plant, State
+from softhand.settings import Positive, Settings
+
+
+class Stepper(Settings, ABC):
+    """Settings of a time integration. `start` gives the object that does the work.
+
+    Attributes:
+        step: time step [s]; a whole number of steps makes a control period.
+    """
+
+    step: Positive = 0.001
+
+    @abstractmethod
+    def start(self, plant: Plant) -> Integration:
+        """Ready to integrate this plant, with its own scratch memory."""
+
+
+class Integration(ABC):
+    """A stepper at work on one plant."""
+
+    @abstractmethod
+    def advance(self, state: State, torque: NDArray[np.float64]) -> None:
+        """Move `state` on by one step, in place, with the joint torques [N m] held, shape (n,)."""
