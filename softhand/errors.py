@@ -33,12 +33,12 @@ class LawError(SofthandError):
     """A fingertip law is not usable: wrong number of results, not compilable, NaN. Carries `.law`."""
 
 
-class ControllerError(SofthandError):
-    """A controller raised, or returned something that is no torque. Carries `.controller` and `.time`."""
-
-
 class SimulationStopped(SofthandError):
     """A run ended before its duration. Carries `.recording` with all that was computed, `.reason` and `.time`."""
+
+
+class ControllerError(SimulationStopped):
+    """A controller raised, or returned something that is no torque. Carries `.controller` as well."""
 
 
 class RecordingError(SofthandError):

@@ -1,7 +1,7 @@
 """Recordings: a finished or interrupted run as named arrays with units, kept as NetCDF-4 or CSV.
 
-`VARIABLES` is the one list of what a recording can hold. `Recorder` collects rows while a run is going; `Recording`
-is what a run returns, and what `Recording.load` reads back bit for bit.
+`VARIABLES` is the one list of what a recording can hold. `Recording` is what a run returns, and what `Recording.load`
+reads back bit for bit.
 """
 
 from __future__ import annotations
@@ -203,44 +203,6 @@ class Recording:
             raise RecordingError(
                 f"{path}: cannot be read as a recording: {error}; give the run.nc of a softhand run", file=path
             ) from error
-
-
-class Recorder:
-    """Copies live arrays, row by row, into arrays allocated beforehand.
-
-    `recorder[name]` holds the samples so far, shape (samples, *live.shape); it is a view, free to take at any time.
-
-    Args:
-        live: arrays that are updated in place while the run goes on: plain or structured, views too, 0-d to n-d.
-        capacity: samples to allocate for; a sample more raises IndexError.
-    """
-
-    def __init__(self, live: Mapping[str, Array], capacity: int) -> None:
-        self._rows = {name: np.empty((capacity, *array.shape), array.dtype) for name, array in live.items()}
-        self._copies = [(_as_bytes(self._rows[name]), _as_bytes(array)) for name, array in live.items()]
-        self._count = 0
-
-    def record(self) -> None:
-        """Copy every live array into the next row."""
-        count = self._count
-        for rows, live in self._copies:
-            rows[count] = live
-        self._count = count + 1  # last, so that an interrupted sample does not count
-
-    def __len__(self) -> int:
-        return self._count
-
-    def __getitem__(self, name: str) -> Array:
-        return self._rows[name][: self._count]
-
-    def variables(self) -> dict[str, Array]:
-        """All arrays by name, each with the samples recorded so far."""
-        return {name: self[name] for name in self._rows}
-
-
-def _as_bytes(array: Array) -> Array:
-    """View a structured array as opaque elements: numpy copies these at once, not field by field."""
-    return array if array.dtype.names is None else array.view(np.dtype((np.void, array.dtype.itemsize)))
 
 
 def _suggest(name: str, names: Iterable[str]) -> str:

@@ -241,8 +241,10 @@ def _check_whole(key: str, value: float, ratio: float, rule: str, good: Callable
     if not ratio < _MOST_STEPS:
         message = f"{key}: got {value:.12g} s, but at most {_MOST_STEPS:.0e} steps are allowed; it must {rule}."
         raise ScenarioError(message, key=key, value=value)
-    if abs(ratio - round(ratio)) > 1e-9 * ratio:
-        near = min(good(max(1, math.floor(ratio))), good(math.ceil(ratio)), key=lambda other: abs(other - value))
+    if not round(ratio) or abs(ratio - round(ratio)) > 1e-9 * ratio:
+        near = min(
+            good(max(1, math.floor(ratio))), good(max(1, math.ceil(ratio))), key=lambda other: abs(other - value)
+        )
         message = f"{key}: got {value:.12g} s, but it must {rule}; the nearest good value is {near:.12g}."
         raise ScenarioError(message, key=key, value=value, nearest=near)
 

@@ -178,13 +178,15 @@ def _problems(
         if field is None and details[0]["type"] == "extra_forbidden":
             near = nearest(keys[-1], model.model_fields)
             excused.add((*keys[:-1], near))  # if it is missing, then because it is misspelt
-            yield key, value, _unknown(key, value, parent, near or _elsewhere(cls, keys[-1]), model)
+            place, hint = (parent, near) if near else (path, _elsewhere(cls, keys[-1]))
+            suggestion = f"{place}.{hint}".lstrip(".") if hint else None
+            yield key, value, _unknown(key, value, parent, suggestion, model)
         elif keys not in excused or details[0]["type"] != "missing":
             yield key, value, _wrong(key, value, field, _look_up(table, keys[:-1]), model, details)
 
 
 def _unknown(key: str, value: Any, parent: str, near: str | None, model: type[BaseModel]) -> str:
-    hint = f" Did you mean {near if '.' in near or not parent else f'{parent}.{near}'}?" if near else ""
+    hint = f" Did you mean {near}?" if near else ""
     shown = " (a table)" if isinstance(value, Mapping) else f" (with value {show(value)})"
     place = f"in {parent}" if parent else "at the top level"
     return f"{key}: unknown key{shown}.{hint} Valid keys {place}: {', '.join(model.model_fields)}."

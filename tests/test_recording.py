@@ -18,7 +18,8 @@ import pytest
 import xarray as xr
 
 from softhand.errors import RecordingError
-from softhand.recording import COMPONENTS, LABELLED_DIMS, VARIABLES, Recorder, Recording
+from softhand.recorder import Recorder
+from softhand.recording import COMPONENTS, LABELLED_DIMS, VARIABLES, Recording
 
 SAMPLES = 7
 LABELS = {

@@ -142,7 +142,7 @@ def test_nothing_near_is_no_suggestion() -> None:
 
 def test_key_of_an_inner_table_is_found() -> None:
     """A key that belongs to an inner table is suggested with its path."""
-    assert "Did you mean inner.stiffness?" in str(refusal({"stiffness": 1}))
+    assert "Did you mean fingertip.inner.stiffness?" in str(refusal({"stiffness": 1}))
 
 
 def test_misspelt_required_key_makes_one_message() -> None:
@@ -201,7 +201,7 @@ def test_declared_list_stays_a_list() -> None:
 def test_settings_are_frozen() -> None:
     """Settings cannot be changed after they were checked."""
     with pytest.raises(ValidationError):
-        Law().k_r = 2.0  # type: ignore[misc]
+        Law().k_r = 2.0
 
 
 json_values = st.recursive(

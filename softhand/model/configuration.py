@@ -7,8 +7,10 @@ moving frame; a continuous joint is (cos, sin).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.compiled import compiled
 
@@ -121,10 +123,13 @@ def normalize(joints, q):
             q[n] /= math.sqrt(square)
 
 
-def roll_pitch_yaw(rotation: np.ndarray) -> tuple[float, float, float]:
-    """Angles of R = R_z(yaw) R_y(pitch) R_x(roll) [rad]; pitch within +-90 deg."""
-    return (
-        math.atan2(rotation[2, 1], rotation[2, 2]),
-        math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0])),
-        math.atan2(rotation[1, 0], rotation[0, 0]),
+def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
+    """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3)."""
+    (a, b, c), (i, j, k) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [c * b, c * j * i - k * a, c * j * a + k * i],
+            [k * b, k * j * i + c * a, k * j * a - c * i],
+            [-j, b * i, b * a],
+        ]
     )

@@ -1,0 +1,121 @@
+"""From a scenario to a simulation that is ready to run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softhand.controllers.controller import Controller
+from softhand.grasp import Grasp, faces_of, solve_grasp
+from softhand.laws.law import Law
+from softhand.model.configuration import rotation_of
+from softhand.model.world import World, load_world
+from softhand.plant import Fingertip, Plant
+from softhand.plugins import find_plugin
+from softhand.references import REFERENCES, Reference
+from softhand.scenario import Scenario, resolve_path
+from softhand.settings import read_settings
+from softhand.simulate import Simulation
+from softhand.steppers.stepper import Stepper
+
+
+def build(scenario: Scenario, controller: Controller | None = None) -> Simulation:
+    """Load the model, solve the start and put everything together.
+
+    Args:
+        scenario: what to run.
+        controller: used in place of the scenario's, for one that is not a plugin.
+
+    Raises:
+        ScenarioError: a name or a setting of a plugin is wrong.
+        ModelError: a URDF cannot be used.
+        GraspError: there is no grasp at rest.
+        LawError: the fingertip law cannot be compiled.
+    """
+    law = read_law(scenario)
+    controller = controller or _read_plugin("controllers", scenario.controller.name, scenario.controller.parameters)
+    stepper = _read_stepper(scenario)
+    world = read_world(scenario)
+    fingertips, grasp = read_grasp(scenario, world, law)
+    return Simulation(
+        plant=Plant(world, fingertips),
+        start=grasp.state,
+        controller=controller,
+        stepper=stepper,
+        reference=_read_reference(scenario),
+        duration=scenario.duration,
+        control_period=scenario.control_period,
+        scenario=resolved(scenario, law, controller, stepper).to_toml(),
+    )
+
+
+def read_law(scenario: Scenario) -> Law:
+    """The fingertip law of a scenario with its parameters."""
+    section = scenario.fingertip
+    law_class = find_plugin("laws", section.law, "fingertip.law")
+    return read_settings(law_class, section.parameters, "fingertip")  # type: ignore[no-any-return]
+
+
+def read_world(scenario: Scenario) -> World:
+    """Hand and object of a scenario."""
+    return load_world(
+        resolve_path(scenario.hand.urdf),
+        scenario.hand.tips,
+        resolve_path(scenario.object.urdf),
+        scenario.object.mass,
+        scenario.gravity,
+    )
+
+
+def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
+    """The fingertips of a scenario, each with its face, and its grasp at rest."""
+    section = scenario.grasp
+    faces = faces_of(world, section.contact_points)
+    fingertips = [Fingertip(law, scenario.fingertip.friction, face) for face in faces]
+    rotation = rotation_of(scenario.object.rpy)
+    grasp = solve_grasp(
+        world,
+        fingertips,
+        section.contact_points,
+        section.internal_force,
+        scenario.object.position,
+        rotation,
+        section.joint_guess,
+    )
+    return fingertips, grasp
+
+
+def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Stepper) -> Scenario:
+    """The scenario with the defaults of its plugins written out, so that the run can be repeated from it."""
+    tables: dict[str, Any] = {
+        "fingertip": {"law": scenario.fingertip.law, "friction": scenario.fingertip.friction, **_dump(law)},
+        "controller": {"name": scenario.controller.name, **_dump(controller)},
+        "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
+    }
+    return scenario.with_values(tables)
+
+
+def _dump(settings: Any) -> dict[str, Any]:
+    return settings.model_dump(exclude_none=True)  # type: ignore[no-any-return]
+
+
+def _read_plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
+    section = kind[:-1]
+    return read_settings(find_plugin(kind, name, f"{section}.name"), parameters, section)
+
+
+def _read_stepper(scenario: Scenario) -> Stepper:
+    section = scenario.stepper
+    return _read_plugin("steppers", section.name, {"step": section.step, **section.parameters})  # type: ignore[no-any-return]
+
+
+def _read_reference(scenario: Scenario) -> Reference:
+    section = scenario.reference
+    return REFERENCES[section.kind](
+        start=np.concatenate([scenario.object.position, scenario.object.rpy]),
+        target=np.concatenate([section.object_position, section.object_rpy]),
+        start_force=scenario.grasp.internal_force,
+        target_force=section.internal_force,
+        duration=section.duration,
+    )

@@ -1,0 +1,93 @@
+"""Names of fingertip laws, controllers and steppers: those that ship, and those that other packages add.
+
+A package adds one by an entry point in its pyproject.toml, for instance
+
+    [project.entry-points."softhand.laws"]
+    gel = "my_package.gel:Gel"
+"""
+
+from __future__ import annotations
+
+import inspect
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from softhand.errors import ScenarioError
+from softhand.settings import nearest
+
+SHIPPED: dict[str, dict[str, str]] = {
+    "laws": {
+        "nakashima": "softhand.laws.nakashima:Nakashima",
+    },
+    "controllers": {
+        "regulation": "softhand.controllers.regulation:Regulation",
+    },
+    "steppers": {
+        "midpoint": "softhand.steppers.midpoint:Midpoint",
+        "rk4": "softhand.steppers.rk4:RungeKutta4",
+        "semi-implicit-euler": "softhand.steppers.semi_implicit_euler:SemiImplicitEuler",
+        "adaptive": "softhand.steppers.adaptive:Adaptive",
+    },
+}
+
+_BASES = {
+    "laws": "softhand.laws.law:Law",
+    "controllers": "softhand.controllers.controller:Controller",
+    "steppers": "softhand.steppers.stepper:Stepper",
+}
+
+
+def plugin_names(kind: str) -> list[str]:
+    """Names of one kind, `laws`, `controllers` or `steppers`: shipped first, then those of other packages."""
+    return list(SHIPPED[kind]) + sorted(set(_foreign(kind)) - set(SHIPPED[kind]))
+
+
+def find_plugin(kind: str, name: str, key: str) -> type[Any]:
+    """The class of that name.
+
+    Args:
+        kind: `laws`, `controllers` or `steppers`.
+        name: as in a scenario.
+        key: key of the scenario that holds the name, for the message.
+
+    Raises:
+        ScenarioError: unknown name, or what the entry point names cannot be imported or is of another kind.
+    """
+    if name in SHIPPED[kind]:
+        return _load(SHIPPED[kind][name])
+    entry = _foreign(kind).get(name)
+    if entry is None:
+        near = nearest(name, plugin_names(kind))
+        hint = f' Did you mean "{near}"?' if near else ""
+        names = ", ".join(plugin_names(kind))
+        raise ScenarioError(f'{key}: no {kind[:-1]} is called "{name}".{hint} There are: {names}.', key=key, value=name)
+    try:
+        found = entry.load()
+    except Exception as error:
+        raise ScenarioError(
+            f'{key}: the {kind[:-1]} "{name}" of the entry point {entry.value} cannot be imported: {error!r}.',
+            key=key,
+            value=name,
+        ) from error
+    base = _load(_BASES[kind])
+    if not (inspect.isclass(found) and issubclass(found, base)):
+        raise ScenarioError(
+            f'{key}: "{name}" ({entry.value}) is no subclass of softhand.{base.__name__}.', key=key, value=name
+        )
+    return found
+
+
+def describe_plugin(kind: str, name: str) -> str:
+    """First line of the docstring of a plugin."""
+    documentation = inspect.getdoc(find_plugin(kind, name, kind)) or ""
+    return documentation.splitlines()[0] if documentation else ""
+
+
+def _load(target: str) -> type[Any]:
+    module, _, name = target.partition(":")
+    return getattr(import_module(module), name)  # type: ignore[no-any-return]
+
+
+def _foreign(kind: str) -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=f"softhand.{kind}")}

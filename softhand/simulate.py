@@ -1,0 +1,283 @@
+"""The only loop: observe, control, record, step."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.compiled import compiled
+from softhand.controllers.controller import Controller
+from softhand.errors import ControllerError, ScenarioError, SimulationStopped
+from softhand.plant import Plant, State
+from softhand.recorder import Recorder
+from softhand.recording import Recording
+from softhand.references import Reference
+from softhand.sensing import Observation, Sensor, contact_pairs
+from softhand.steppers.stepper import Stepper
+from softhand.version import __version__
+
+Progress = Callable[[float], None]
+"""Called now and then with the simulated time [s]."""
+
+_REPORT_EVERY = 20  # samples between two calls of the progress function
+
+HEALTHY, NOT_FINITE, FLAT, APEX, RIM = range(5)
+_FLAT_BELOW = 0.05  # R / r: a hemisphere cannot be pressed flatter
+_APEX_BELOW = 1e-3  # cos Phi
+
+
+class Simulation:
+    """One run: a plant at its start, a controller, a stepper and a reference.
+
+    Attributes:
+        plant: hand, object and contacts.
+        state: where they are; moves on during `run`.
+        observation: what the controller sees; live.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        start: State,
+        controller: Controller,
+        stepper: Stepper,
+        reference: Reference,
+        duration: float,
+        control_period: float,
+        scenario: str = "",
+    ) -> None:
+        self.plant = plant
+        self.state = start.copy()
+        self._controller = controller
+        self._integration = stepper.start(plant)
+        self._reference = reference
+        self._period = control_period
+        self._periods = round(duration / control_period)
+        self._steps = round(control_period / stepper.step)
+        self._stride = _whole_periods(controller, control_period)
+        self._scenario = scenario
+        self._sensor = Sensor(plant, reference.desired)
+        self.observation = self._sensor.observation
+        n = plant.world.n_joints
+        self._torque, self._limited, self._time = np.zeros(n), np.zeros(n, np.int8), np.zeros(())
+
+    def run(self, progress: Progress | None = None) -> Recording:
+        """Simulate from the start to the end.
+
+        Args:
+            progress: called every 20 control periods.
+
+        Returns:
+            All samples, one a control period, the last at the end of the run.
+
+        Raises:
+            ControllerError: the controller raised, or returned no torque.
+            SimulationStopped: the run diverged, a contact left the range of the model, or it was interrupted. Both
+                carry `.recording` with all samples so far.
+        """
+        recorder = Recorder(self._live(), self._periods + 1)
+        began = clock.perf_counter()
+        try:
+            memory: Any = None
+            for k in range(self._periods + 1):
+                memory = self._sample(k, memory)
+                recorder.record()
+                if k == 0:
+                    began = clock.perf_counter()  # the first sample may compile the controller
+                if progress is not None and k % _REPORT_EVERY == 0:
+                    progress(k * self._period)
+                if k < self._periods:
+                    self._step()
+        except SimulationStopped as stop:
+            stop.recording = self._finish(recorder, began, str(stop))  # type: ignore[attr-defined]
+            raise
+        except KeyboardInterrupt as interrupt:
+            time = float(self._time)
+            message = f"interrupted at t = {time:g} s"
+            raise SimulationStopped(
+                message, recording=self._finish(recorder, began, message), reason="interrupted", time=time
+            ) from interrupt
+        if progress is not None:
+            progress(self._periods * self._period)
+        return self._finish(recorder, began, "")
+
+    def _sample(self, k: int, memory: Any) -> Any:
+        """Observation and torque of control period k."""
+        time = k * self._period
+        fault, finger = _find_fault(self.state.q, self.state.v, self.plant.pads, self.plant.contacts) if k else (0, 0)
+        if fault == NOT_FINITE:
+            raise self._diverged()
+        self._time[...] = time
+        self._reference.update(time)
+        observation = self._sensor.observe(self.state, time)
+        fault, finger = _find_fault(self.state.q, self.state.v, self.plant.pads, self.plant.contacts)
+        if fault != HEALTHY:
+            raise self._left_the_model(fault, finger)
+        if k == 0:
+            memory = self._call(lambda: self._controller.start(observation))
+        if k % self._stride == 0:
+            command, memory = self._command(observation, memory)
+            if not _limit(command, observation.effort_limit, self._torque, self._limited):
+                raise self._bad_torque(f"returned a torque with NaN or infinity: {command.tolist()} N m")
+        return memory
+
+    def _step(self) -> None:
+        for _ in range(self._steps):
+            self._integration.advance(self.state, self._torque)
+
+    def _command(self, observation: Observation, memory: Any) -> tuple[NDArray[np.float64], Any]:
+        result = self._call(lambda: self._controller.torque(observation, memory))
+        if not (isinstance(result, tuple) and len(result) == 2):
+            raise self._bad_torque(f"returned {result!r}; it must return the torque and its memory, two values")
+        try:
+            command = np.asarray(result[0], dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise self._bad_torque(f"returned {result[0]!r} as torque, which is no array of numbers") from error
+        if command.shape != self._torque.shape:
+            raise self._bad_torque(
+                f"returned a torque of shape {command.shape}; the hand has {len(self._torque)} joints: {command.tolist()}"
+            )
+        return command, result[1]
+
+    def _call(self, function: Callable[[], Any]) -> Any:
+        try:
+            return function()
+        except (ScenarioError, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            raise self._bad_torque(f"raised {type(error).__name__}: {error}") from error
+
+    def _bad_torque(self, what: str) -> ControllerError:
+        name, time = type(self._controller).__name__, float(self._time)
+        return ControllerError(
+            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
+        )
+
+    def _diverged(self) -> SimulationStopped:
+        time = float(self._time)
+        return SimulationStopped(
+            f"the run diverged: the last good time is t = {time:g} s. Try a smaller stepper.step, "
+            "another stepper (midpoint is stable for stiff tips) or lower gains.",
+            reason="diverged",
+            time=time,
+        )
+
+    def _left_the_model(self, fault: int, finger: int) -> SimulationStopped:
+        contact = self.plant.contacts[finger]
+        name, time = self.plant.world.tips[finger].name, float(self._time)
+        Phi = math.degrees(contact["angles"][1])
+        what = {
+            FLAT: f"is pressed flat (dr = {1e3 * contact['deformation'][0]:.2f} mm)",
+            APEX: f"rolls over its apex (Phi = {Phi:.2f} deg), where the paper's coordinates are singular",
+            RIM: f"rolls over its rim (phi = {Phi + math.degrees(contact['deformation'][2]):.1f} deg)",
+        }[fault]
+        return SimulationStopped(
+            f"{name} {what} at t = {time:g} s; the fingertip model ends there.",
+            reason={FLAT: "flat", APEX: "apex", RIM: "rim"}[fault],
+            time=time,
+            finger=name,
+        )
+
+    def _live(self) -> dict[str, NDArray[Any]]:
+        seen, desired = self.observation, self._reference.desired
+        return {
+            "time": self._time,
+            "joint_position": seen.joint_position,
+            "joint_velocity": seen.joint_velocity,
+            "joint_torque": self._torque,
+            "torque_limited": self._limited,
+            "q_O": seen.q_O,
+            "object_twist": seen.object_twist,
+            "internal_force": seen.internal_force,
+            "contacts": self.plant.contacts,
+            "contact_coordinates": seen.eta,
+            "contact_coordinates_rate": seen.eta_rate,
+            "friction_use": seen.friction_use,
+            "q_Od": desired.coordinates,
+            "internal_force_desired": desired.internal_force,
+        }
+
+    def _finish(self, recorder: Recorder, began: float, reason: str) -> Recording:
+        variables = recorder.variables()
+        q_O, q_Od, contacts = (variables.pop(name) for name in ("q_O", "q_Od", "contacts"))
+        variables["object_position"], variables["object_rpy"] = q_O[:, :3], q_O[:, 3:]
+        variables["object_position_desired"], variables["object_rpy_desired"] = q_Od[:, :3], q_Od[:, 3:]
+        for name, field in (
+            ("deformation", "deformation"),
+            ("contact_force", "force"),
+            ("contact_angles", "angles"),
+            ("contact_point", "point"),
+            ("contact_rotation", "rotation"),
+            ("tip_position", "tip"),
+        ):
+            variables[name] = contacts[field]
+        world = self.plant.world
+        steps = max(len(recorder) - 1, 0) * self._steps
+        wall = max(clock.perf_counter() - began, 1e-9)
+        return Recording(
+            variables=variables,
+            labels={
+                "joint": world.joint_names,
+                "contact": tuple(tip.name for tip in world.tips),
+                "pair": tuple(f"{i + 1}{j + 1}" for i, j in contact_pairs(world.n_tips)),
+            },
+            scenario=self._scenario,
+            version=__version__,
+            complete=not reason,
+            reason=reason,
+            stop_time=float(variables["time"][-1]) if len(recorder) else 0.0,
+            attributes={"steps_per_second": steps / wall, "wall_time": wall},
+        )
+
+
+def _whole_periods(controller: Controller, period: float) -> int:
+    """Control periods between two calls of the controller."""
+    if controller.period is None:
+        return 1
+    stride = round(controller.period / period)
+    if stride < 1 or abs(stride * period - controller.period) > 1e-9 * period:
+        raise ScenarioError(
+            f"controller.period: got {controller.period:g} s; it must be a whole number of control periods of "
+            f"{period:g} s, at least one.",
+            key="controller.period",
+            value=controller.period,
+        )
+    return stride
+
+
+@compiled
+def _limit(command, effort_limit, torque, limited):
+    """Apply the effort limits; False if the command is not finite, torque then stays."""
+    for k in range(command.shape[0]):
+        if not math.isfinite(command[k]):
+            return False
+    for k in range(command.shape[0]):
+        torque[k] = min(max(command[k], -effort_limit[k]), effort_limit[k])
+        limited[k] = torque[k] != command[k]
+    return True
+
+
+@compiled
+def _find_fault(q, v, pads, contacts):
+    """What ends the run, and at which finger."""
+    for k in range(q.shape[0]):
+        if not math.isfinite(q[k]):
+            return NOT_FINITE, 0
+    for k in range(v.shape[0]):
+        if not math.isfinite(v[k]):
+            return NOT_FINITE, 0
+    for i in range(contacts.shape[0]):
+        contact = contacts[i]
+        phi = contact.angles[1] + contact.deformation[2]
+        if contact.distance < _FLAT_BELOW * pads[i].radius:
+            return FLAT, i
+        if contact.cos_Phi < _APEX_BELOW:
+            return APEX, i
+        if not 0.0 < phi < math.pi:
+            return RIM, i
+    return HEALTHY, 0
