@@ -13,10 +13,11 @@ from softhand.model.configuration import rotation_of
 from softhand.model.world import World, load_world
 from softhand.plant import Fingertip, Plant
 from softhand.plugins import find_plugin
+from softhand.recording import Recording
 from softhand.references import REFERENCES, Reference
 from softhand.scenario import Scenario, resolve_path
 from softhand.settings import read_settings
-from softhand.simulate import Simulation
+from softhand.simulation import Progress, Simulation
 from softhand.steppers.stepper import Stepper
 
 
@@ -48,6 +49,20 @@ def build(scenario: Scenario, controller: Controller | None = None) -> Simulatio
         control_period=scenario.control_period,
         scenario=resolved(scenario, law, controller, stepper).to_toml(),
     )
+
+
+def simulate(scenario: Scenario, controller: Controller | None = None, progress: Progress | None = None) -> Recording:
+    """Build a scenario and run it.
+
+    Args:
+        scenario: what to run, from `load_scenario`.
+        controller: used in place of the scenario's, for one that is not a plugin.
+        progress: called now and then with the simulated time [s].
+
+    Raises:
+        SofthandError: as `build` and `Simulation.run`.
+    """
+    return build(scenario, controller).run(progress)
 
 
 def read_law(scenario: Scenario) -> Law:

@@ -1,0 +1,73 @@
+"""Simulation and control of robot hands with soft fingertips.
+
+    import softhand
+
+    scenario = softhand.load_scenario("target-a")
+    recording = softhand.simulate(scenario)
+    recording.save("run.nc")
+
+Names are imported when they are first used, so that the command line starts at once.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from softhand.analysis.summary import Summary, summarize
+    from softhand.build import build, simulate
+    from softhand.controllers.controller import Controller
+    from softhand.errors import (
+        ControllerError,
+        GraspError,
+        LawError,
+        ModelError,
+        RecordingError,
+        ScenarioError,
+        SimulationStopped,
+        SofthandError,
+    )
+    from softhand.laws.law import Law
+    from softhand.plots import draw_run, save_figure
+    from softhand.recording import Recording
+    from softhand.scenario import Scenario, load_scenario, scenario_names
+    from softhand.sensing import Observation
+    from softhand.simulation import Simulation
+    from softhand.steppers.stepper import Integration, Stepper
+    from softhand.version import __version__
+
+_HOMES = {
+    "analysis.summary": ("Summary", "summarize"),
+    "build": ("build", "simulate"),
+    "controllers.controller": ("Controller",),
+    "errors": (
+        "ControllerError",
+        "GraspError",
+        "LawError",
+        "ModelError",
+        "RecordingError",
+        "ScenarioError",
+        "SimulationStopped",
+        "SofthandError",
+    ),
+    "laws.law": ("Law",),
+    "plots": ("draw_run", "save_figure"),
+    "recording": ("Recording",),
+    "scenario": ("Scenario", "load_scenario", "scenario_names"),
+    "sensing": ("Observation",),
+    "simulation": ("Simulation",),
+    "steppers.stepper": ("Integration", "Stepper"),
+    "version": ("__version__",),
+}
+_HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'softhand' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,98 @@
+"""The figures that one looks at first after a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand.recording import Recording
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How a run ended and what it used.
+
+    Attributes:
+        position_error: distance from the desired position at the end [mm].
+        orientation_error: largest difference of roll, pitch and yaw from the desired ones at the end [deg].
+        force_error: largest difference of an internal force from the desired one at the end [N].
+        friction_use: largest |f_t| / (mu f_z) of the run; above 1 a real tip would have slipped.
+        friction_finger: where that was.
+        friction_time: when that was [s].
+        torque_limited: share of the samples in which an effort limit cut a torque.
+        lost_contact: tips that did not press at some time, each with the first such time [s].
+        steps_per_second: simulated time steps per second of wall time, controller and recording included.
+        real_time_factor: simulated time over wall time.
+    """
+
+    position_error: float
+    orientation_error: float
+    force_error: float
+    friction_use: float
+    friction_finger: str
+    friction_time: float
+    torque_limited: float
+    lost_contact: dict[str, float]
+    steps_per_second: float
+    real_time_factor: float
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Label and value of each line of the table."""
+        where = f"{self.friction_finger}, t = {self.friction_time:.3g} s"
+        rows = [
+            ("final position error", f"{self.position_error:.4g} mm"),
+            ("final orientation error", f"{self.orientation_error:.4g} deg"),
+            ("final internal-force error", f"{self.force_error:.4g} N"),
+            ("largest friction use", f"{self.friction_use:.3g}  ({where})"),
+            ("steps per second", f"{self.steps_per_second:,.0f}"),
+            ("real-time factor", f"{self.real_time_factor:.3g}"),
+        ]
+        if self.torque_limited:
+            rows.append(("torque at its limit", f"{100.0 * self.torque_limited:.3g} % of the samples"))
+        return rows
+
+    def warnings(self) -> list[str]:
+        """What a reader of the numbers must know."""
+        found = []
+        if self.friction_use > 1.0:
+            found.append(
+                f"Friction use reached {self.friction_use:.3g} ({self.friction_finger}, t = {self.friction_time:.3g} s): "
+                "pure rolling, as the paper assumes it, asks for more friction than there is."
+            )
+        for finger, time in self.lost_contact.items():
+            found.append(f"{finger} does not press on the object from t = {time:.3g} s; its grip there is a fiction.")
+        return found
+
+
+def summarize(recording: Recording) -> Summary:
+    """The summary of a run, complete or not.
+
+    Args:
+        recording: with at least one sample.
+    """
+    pose = recording.object_position - recording.object_position_desired
+    turn = recording.object_rpy - recording.object_rpy_desired
+    force = recording.internal_force - recording.internal_force_desired
+    use = recording.friction_use
+    sample, contact = np.unravel_index(int(np.argmax(use)), use.shape)
+    pressing = recording.deformation[:, :, 0] > 0.0
+    fingers = recording.labels["contact"]
+    lost = {
+        finger: float(recording.time[np.argmin(pressing[:, k])])
+        for k, finger in enumerate(fingers)
+        if not pressing[:, k].all()
+    }
+    wall = float(recording.attributes.get("wall_time", np.nan))
+    return Summary(
+        position_error=1e3 * float(np.linalg.norm(pose[-1])),
+        orientation_error=float(np.degrees(np.max(np.abs(turn[-1])))),
+        force_error=float(np.max(np.abs(force[-1]))),
+        friction_use=float(use[sample, contact]),
+        friction_finger=fingers[contact],
+        friction_time=float(recording.time[sample]),
+        torque_limited=float(np.mean(np.any(recording.torque_limited, axis=1))),
+        lost_contact=lost,
+        steps_per_second=float(recording.attributes.get("steps_per_second", np.nan)),
+        real_time_factor=recording.stop_time / wall,
+    )
