@@ -69,7 +69,7 @@ def read_law(scenario: Scenario) -> Law:
     """The fingertip law of a scenario with its parameters."""
     section = scenario.fingertip
     law_class = find_plugin("laws", section.law, "fingertip.law")
-    return read_settings(law_class, section.parameters, "fingertip")  # type: ignore[no-any-return]
+    return read_settings(law_class, section.parameters, "fingertip")
 
 
 def read_world(scenario: Scenario) -> World:
@@ -112,7 +112,7 @@ def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Step
 
 
 def _dump(settings: Any) -> dict[str, Any]:
-    return settings.model_dump(exclude_none=True)  # type: ignore[no-any-return]
+    return settings.model_dump(exclude_none=True)
 
 
 def _read_plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
@@ -122,7 +122,7 @@ def _read_plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
 
 def _read_stepper(scenario: Scenario) -> Stepper:
     section = scenario.stepper
-    return _read_plugin("steppers", section.name, {"step": section.step, **section.parameters})  # type: ignore[no-any-return]
+    return _read_plugin("steppers", section.name, {"step": section.step, **section.parameters})
 
 
 def _read_reference(scenario: Scenario) -> Reference:

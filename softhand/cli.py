@@ -43,7 +43,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but er
 
 @app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
 def simulate(
-    scenario: Annotated[str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")] = "target-a",
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
+    ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     out: Out = None,
     stepper: Annotated[str | None, typer.Option(help="Stepper, with its own defaults and the scenario's step.")] = None,
@@ -119,7 +121,8 @@ def list_names(
 def plot(
     recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
     out: Annotated[
-        Path | None, typer.Option(help="Figure to write, .png, .pdf or .svg; by default figure.png beside the recording.")
+        Path | None,
+        typer.Option(help="Figure to write, .png, .pdf or .svg; by default figure.png beside the recording."),
     ] = None,
 ) -> None:
     """Draw the figure of a recording."""
@@ -231,11 +234,15 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SofthandError(f"{folder}: cannot make this folder: {error.strerror}; choose another with --out.") from error
+        raise SofthandError(
+            f"{folder}: cannot make this folder: {error.strerror}; choose another with --out."
+        ) from error
 
 
 def _write_text(file: Path, text: str) -> None:
     try:
         file.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise SofthandError(f"{file}: cannot be written: {error.strerror}; choose another folder with --out.") from error
+        raise SofthandError(
+            f"{file}: cannot be written: {error.strerror}; choose another folder with --out."
+        ) from error

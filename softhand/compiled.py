@@ -1,7 +1,7 @@
 """The one way in which softhand compiles: numba, kept on disk, never stale.
 
 numba finds out that a function's own file has changed, not that a function which it calls has. Therefore the folder
-of the compiled kernels carries a digest of all sources of the package.
+of the compiled kernels carries a digest of all sources of the package that hold kernels.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 import platformdirs
@@ -24,7 +24,9 @@ def _digest() -> str:
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(package.rglob("*.py")):
-        digest.update(source.read_bytes())
+        text = source.read_bytes()
+        if b"softhand.compiled" in text:
+            digest.update(text)
     return digest.hexdigest()[:16]
 
 
@@ -32,7 +34,10 @@ def _writable_folder(name: str) -> Path:
     """First folder of: SOFTHAND_CACHE_DIR, the user's cache folder, the folder for temporary files."""
     own = os.environ.get("SOFTHAND_CACHE_DIR")
     candidates = [Path(own)] if own else []
-    candidates += [Path(platformdirs.user_cache_dir("softhand")), Path(tempfile.gettempdir()) / f"softhand-{os.getuid()}"]
+    candidates += [
+        Path(platformdirs.user_cache_dir("softhand")),
+        Path(tempfile.gettempdir()) / f"softhand-{os.getuid()}",
+    ]
     for candidate in candidates:
         folder = candidate / name
         try:
@@ -55,15 +60,16 @@ def is_first_run() -> bool:
 @contextmanager
 def kernel_folder() -> Iterator[None]:
     """Decorate inside this context to keep what numba compiles in `CACHE`."""
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE)
+    config: Any = numba.config
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(CACHE)
     try:
         yield
     finally:
-        numba.config.CACHE_DIR = previous
+        config.CACHE_DIR = previous
 
 
 def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
     with kernel_folder():
-        return numba.njit(cache=True, error_model="numpy")(function)
+        return cast(F, numba.njit(cache=True, error_model="numpy")(function))

@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 from softhand.contact.kinematics import deformation_jacobian
 from softhand.errors import GraspError
 from softhand.laws.law import Law
+from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
 from softhand.model.world import World
 from softhand.plant import Fingertip, State
@@ -92,6 +93,7 @@ def solve_grasp(
         position: of the object frame in the world [m].
         rotation: axes of the object frame in the world, shape (3, 3).
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
+            Joints that move several tips (a wrist) stay there.
 
     Raises:
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
@@ -104,7 +106,7 @@ def solve_grasp(
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
         _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
     angles = _initial_joints(world, joint_guess)
-    arm = _Arm(world)
+    arm = Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     for i in range(nc):
@@ -157,7 +159,7 @@ def _check_friction(name: str, friction: float, pressing: float, force: Array, n
     if use > 1.0:
         raise GraspError(
             f"{name}: the start needs {use:.3g} times the available friction (mu = {friction:g}, "
-            f"{pressing:.3g} N pressing). Raise grasp.internal_force or fingertip.friction, or move the contact points.",
+            f"{pressing:.3g} N pressing). Raise grasp.internal_force or fingertip.friction, or move the points.",
             finger=name, quantity="friction use", value=use,
         )  # fmt: skip
 
@@ -176,32 +178,8 @@ def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
     return np.clip(angles, lower, upper)
 
 
-class _Arm:
-    """Forward kinematics of the hand from joint angles."""
-
-    def __init__(self, world: World) -> None:
-        self.world = world
-        self.data = world.model.createData()
-        self.q = pin.neutral(world.model)
-
-    def move(self, angles: Array) -> None:
-        self.world.set_joint_position(angles, self.q)
-        pin.computeJointJacobians(self.world.model, self.data, self.q)
-
-    def tip(self, index: int) -> tuple[Array, Array]:
-        """Position [m] and axes of a finger frame F in the world."""
-        tip = self.world.tips[index]
-        pose = self.data.oMi[tip.joint]
-        return pose.translation + pose.rotation @ tip.position, pose.rotation @ tip.rotation
-
-    def point_jacobian(self, index: int, point: Array) -> Array:
-        """Velocity of a point that moves with a tip, from the joints of its finger, shape (3, joints of the finger)."""
-        columns = self.data.J[:, list(self.world.tips[index].columns)]
-        return columns[:3] - pin.skew(point) @ columns[3:]
-
-
 def _settle(
-    arm: _Arm, index: int, fingertip: Fingertip, point: Array, z_C: Array, force: Array, angles: Array
+    arm: Arm, index: int, fingertip: Fingertip, point: Array, z_C: Array, force: Array, angles: Array
 ) -> tuple[Array, Array, Array]:
     """Deformation, (Theta, Phi) and contact force of one finger; sets its joints in `angles`."""
     name, law = arm.world.tips[index].name, fingertip.law
@@ -227,43 +205,15 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted
 
 
-def _reach(arm: _Arm, index: int, target: Array, angles: Array) -> None:
-    """Set the joints of one finger so that its tip frame is at `target` [m]."""
-    tip = arm.world.tips[index]
-    columns = list(tip.columns)
-    lower, upper = (limit[columns] for limit in arm.world.position_limits)
-    trial = angles.copy()
-
-    def miss(values: Array) -> Array:
-        trial[columns] = values
-        arm.move(trial)
-        return arm.tip(index)[0] - target
-
-    def slope(values: Array) -> Array:
-        miss(values)
-        return arm.point_jacobian(index, arm.tip(index)[0])
-
-    best = None
-    starts = [angles[columns], *np.random.default_rng(0).uniform(np.maximum(lower, -3.2), np.minimum(upper, 3.2), (12, len(columns)))]
-    for start in starts:
-        inside = np.clip(start, lower + 1e-9, upper - 1e-9)
-        solution = least_squares(miss, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        if best is None or solution.cost < best.cost:
-            best = solution
-        if math.sqrt(2.0 * best.cost) < 1e-9:
-            break
-    values = best.x.copy()
-    for _ in range(3):
-        values = values - np.linalg.lstsq(slope(values), miss(values), rcond=1e-10)[0]
-    gap = float(np.linalg.norm(miss(values)))
-    if not gap < 1e-9 or np.any(values < lower) or np.any(values > upper):
-        short = math.sqrt(2.0 * best.cost)
+def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
+    gap = arm.reach(index, target, angles)
+    if gap > REACHED:
+        name = arm.world.tips[index].name
         raise GraspError(
-            f"{tip.name}: the contact point is out of reach by {1e3 * short:.3g} mm within the joint limits. "
+            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits. "
             "Move the object or the contact point closer, or give another grasp.joint_guess.",
-            finger=tip.name, quantity="reach", value=short,
+            finger=name, quantity="reach", value=gap,
         )  # fmt: skip
-    angles[columns] = values
 
 
 def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
@@ -279,24 +229,28 @@ def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
     size = np.array([1.0, law.radius, law.radius, law.radius]) * np.linalg.norm(wanted)
     lower, upper = np.array([0.0, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
     solution = least_squares(
-        lambda scaled: excess(scaled) / size, [0.1, 0.0, 0.0, 0.0], bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15
+        lambda scaled: excess(scaled) / size,
+        [0.1, 0.0, 0.0, 0.0],
+        bounds=(lower, upper),
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
     )
     if not np.linalg.norm(solution.fun) < 1e-9:
         raise GraspError(
             f"{name}: no deformation of the tip answers with the force {np.round(wanted[:3], 3).tolist()} N "
-            f"(best is off by {np.linalg.norm(solution.fun):.1e} of it). Lower grasp.internal_force or stiffen the tip.",
+            f"(best is off by {np.linalg.norm(solution.fun):.1e} of it). Lower grasp.internal_force or stiffen it.",
             finger=name, quantity="force", value=wanted,
         )  # fmt: skip
     return solution.x * scale
 
 
-def _check_torques(arm: _Arm, forces: Array, points: Sequence[Array]) -> None:
+def _check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
     """The joints can hold what the grasp asks of them."""
     world = arm.world
-    torque = np.array(pin.computeGeneralizedGravity(world.model, arm.data, arm.q)[: world.n_joints])
-    pin.computeJointJacobians(world.model, arm.data, arm.q)
+    torque = arm.gravity_torque()
     for i, (force, point) in enumerate(zip(forces, points, strict=True)):
-        torque[list(world.tips[i].columns)] += arm.point_jacobian(i, point).T @ force
+        torque += arm.point_jacobian(i, point).T @ force
     worst = int(np.argmax(np.abs(torque) / world.effort_limit))
     if abs(torque[worst]) > world.effort_limit[worst]:
         raise GraspError(

@@ -86,7 +86,7 @@ def describe_plugin(kind: str, name: str) -> str:
 
 def _load(target: str) -> type[Any]:
     module, _, name = target.partition(":")
-    return getattr(import_module(module), name)  # type: ignore[no-any-return]
+    return getattr(import_module(module), name)
 
 
 def _foreign(kind: str) -> dict[str, EntryPoint]:

@@ -275,8 +275,8 @@ def _to_netcdf(recording: Recording) -> bytes:
     Not compressed: deflate with shuffle takes 45 % longer and saves a fifth.
     """
     # Imported here, since HDF5 takes 0.1 s to load and most commands do without.
-    import h5netcdf  # type: ignore[import-untyped]
-    import h5py  # type: ignore[import-untyped]
+    import h5netcdf
+    import h5py
 
     used = {dim for name in recording.variables for dim in VARIABLES[name].dims[1:]}
     labels = {**recording.labels, **{dim: names for dim, names in COMPONENTS.items() if dim in used}}

@@ -37,7 +37,7 @@ class Simulation:
 
     Attributes:
         plant: hand, object and contacts.
-        state: where they are; moves on during `run`.
+        state: where they are; `run` starts at the start and moves it on.
         observation: what the controller sees; live.
         scenario: TOML text that the run can be repeated from; goes into the recording.
     """
@@ -55,8 +55,8 @@ class Simulation:
     ) -> None:
         self.plant = plant
         self.state = start.copy()
+        self._start, self._stepper = start, stepper
         self._controller = controller
-        self._integration = stepper.start(plant)
         self._reference = reference
         self._period = control_period
         self._periods = round(duration / control_period)
@@ -83,6 +83,9 @@ class Simulation:
                 carry `.recording` with all samples so far.
         """
         recorder = Recorder(self._live(), self._periods + 1)
+        self._compile()
+        self.state = self._start.copy()
+        self._integration = self._stepper.start(self.plant)
         began = clock.perf_counter()
         try:
             memory: Any = None
@@ -108,6 +111,10 @@ class Simulation:
             progress(self._periods * self._period)
         return self._finish(recorder, began, "")
 
+    def _compile(self) -> None:
+        """Let numba compile what a step needs, so that the clock of the run does not count it."""
+        self._stepper.start(self.plant).advance(self._start.copy(), np.zeros_like(self._torque))
+
     def _sample(self, k: int, memory: Any) -> Any:
         """Observation and torque of control period k."""
         time = k * self._period
@@ -128,6 +135,7 @@ class Simulation:
         return memory
 
     def _step(self) -> None:
+        """One control period under held torques."""
         try:
             for _ in range(self._steps):
                 self._integration.advance(self.state, self._torque)
@@ -144,7 +152,8 @@ class Simulation:
             raise self._bad_torque(f"returned {result[0]!r} as torque, which is no array of numbers") from error
         if command.shape != self._torque.shape:
             raise self._bad_torque(
-                f"returned a torque of shape {command.shape}; the hand has {len(self._torque)} joints: {command.tolist()}"
+                f"returned a torque of shape {command.shape}: {command.tolist()}; "
+                f"the hand has {len(self._torque)} joints"
             )
         return command, result[1]
 
@@ -181,7 +190,8 @@ class Simulation:
             RIM: f"rolls over its rim (phi = {Phi + math.degrees(contact['deformation'][2]):.1f} deg)",
         }[fault]
         return SimulationStopped(
-            f"{name} {what} at t = {time:g} s; the fingertip model ends there.",
+            f"{name} {what} after t = {time:g} s; the fingertip model ends there. "
+            "If the motion was rough before, the step is too large for this stepper.",
             reason={FLAT: "flat", APEX: "apex", RIM: "rim"}[fault],
             time=time,
             finger=name,

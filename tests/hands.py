@@ -13,18 +13,19 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from softhand.build import simulate
+from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
 from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.model.world import World, load_world
 from softhand.plant import Fingertip, Plant, State
-from softhand.references import REFERENCES, Reference
-from softhand.sensing import Observation, Sensor
-from softhand.steppers.adaptive import Adaptive
-from softhand.steppers.midpoint import Midpoint
-from softhand.steppers.rk4 import RungeKutta4
-from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+from softhand.plugins import SHIPPED, find_plugin
+from softhand.recording import Recording
+from softhand.references import Reference, Step
+from softhand.scenario import load_scenario
+from softhand.simulation import Simulation
 from softhand.steppers.stepper import Stepper
 
 Array = NDArray[np.float64]
@@ -34,8 +35,10 @@ DATA = Path(__file__).parent / "data"
 HAND_URDF = REPOSITORY / "urdf" / "three_finger_hand.urdf"
 BOX_URDF = REPOSITORY / "urdf" / "box.urdf"
 
-STEPPERS: dict[type[Stepper], int] = {SemiImplicitEuler: 1, Midpoint: 2, RungeKutta4: 4, Adaptive: 8}
-"""Every stepper and its order of convergence."""
+STEPPERS: dict[str, type[Stepper]] = {
+    name: find_plugin("steppers", name, "stepper.name") for name in SHIPPED["steppers"]
+}
+"""Every stepper that ships."""
 
 LENGTHS = (0.076, 0.051, 0.052)  # [m]
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2]
@@ -43,8 +46,6 @@ MU = 0.5
 CONTACT_POINTS = ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0), (0.0, -0.018, -0.005))  # [m], object frame
 START_FORCE = (4.0, 4.0, 3.0)  # [N]
 START_POSITION = (0.0, 0.010, 0.142)  # [m]
-TARGET = (-0.010, 0.030, 0.127, *np.radians([-15.0, 15.0, 15.0]))  # [m, rad]
-TARGET_FORCE = (6.0, 6.0, 5.0)  # [N]
 FINGER_GUESS = (0.0, -0.65, 1.7)  # [rad], elbow outward
 
 REFERENCE_BASES = ((0.055, 0.040, math.pi / 2), (-0.055, 0.040, -math.pi / 2), (0.0, -0.020, 0.0))
@@ -296,30 +297,49 @@ def start_acceleration(task: Task) -> Array:
 # ---------------------------------------------------------------------------------------------------------------- runs
 
 
+def resting_reference(task: Task) -> Reference:
+    """The pose and the internal force of the start, for ever."""
+    start = (*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0)
+    return Step(start, start, task.internal_force, task.internal_force, 1.0)
+
+
 def run(
     task: Task,
     stepper: Stepper,
-    controller: Regulation,
-    reference: Reference,
     duration: float,
-    look: Callable[[Observation, Array], ArrayLike],
-    period: float = 1e-3,
-) -> Array:
-    """What `look(observation, torque)` sees at the start of each control period [s], one row each, the end included."""
-    plant, state = task.plant(), task.grasp.state.copy()
-    sensor, integration = Sensor(plant, reference.desired), stepper.start(plant)
-    steps, periods = round(period / stepper.step), round(duration / period)
-    rows, memory = [], None
-    for k in range(periods + 1):
-        reference.update(k * period)
-        observation = sensor.observe(state, k * period)
-        memory = controller.start(observation) if k == 0 else memory
-        torque, memory = controller.torque(observation, memory)
-        rows.append(np.array(look(observation, torque)))
-        if k < periods:
-            for _ in range(steps):
-                integration.advance(state, torque)
-    return np.array(rows)
+    controller: Controller | None = None,
+    reference: Reference | None = None,
+) -> Recording:
+    """A run from the start of a task at a control period of 1 ms; by default Eq. (59) holds the starting pose."""
+    controller, reference = controller or Regulation(), reference or resting_reference(task)
+    return Simulation(task.plant(), task.grasp.state, controller, stepper, reference, duration, 1e-3).run()
+
+
+def run_reference(stepper: str, kind: str, compensation: bool, step: float = 1e-3) -> dict[str, Array]:
+    """Target A, 2 s at a control period of 1 ms: the columns of the reference files, one row every 10 ms."""
+    changes = {
+        "stepper.name": stepper,
+        "stepper.step": step,
+        "reference.kind": kind,
+        "controller.torsion_compensation": compensation,
+    }
+    recording = simulate(load_scenario("target-a", changes))
+    groups = (
+        recording.object_position,
+        recording.object_rpy,
+        recording.internal_force,
+        recording.deformation[..., 0],
+        recording.deformation[..., 1:],
+        recording.contact_angles[..., 1],
+        recording.contact_force[..., :3],
+        recording.contact_force[..., 3],
+        recording.joint_position,
+        recording.joint_torque,
+        recording.friction_use * MU,
+    )
+    rows = np.concatenate([group.reshape(len(recording), -1)[::10] for group in groups], axis=1)
+    names = [name for group in COLUMNS.values() for name in group]
+    return dict(zip(names, rows.T, strict=True))
 
 
 _FINGERS = (1, 2, 3)
@@ -337,34 +357,6 @@ COLUMNS: dict[str, list[str]] = {
     "friction ratio [1]": [f"f{i}_friction_ratio" for i in _FINGERS],
 }
 """Columns of the reference files, by what they are."""
-
-
-def _reference_columns(seen: Observation, torque: Array) -> Array:
-    """One row in the order of `COLUMNS`."""
-    return np.concatenate(
-        [
-            seen.q_O,
-            seen.internal_force,
-            seen.deformation[:, 0],
-            seen.deformation[:, 1:].ravel(),
-            seen.contact_angles[:, 1],
-            seen.contact_force[:, :3].ravel(),
-            seen.contact_force[:, 3],
-            seen.joint_position,
-            torque,
-            seen.friction_use * MU,
-        ]
-    )
-
-
-def run_reference(stepper: Stepper, kind: str, compensation: bool) -> dict[str, Array]:
-    """Target A, 2 s at a control period of 1 ms: the columns of the reference files, one row every 10 ms."""
-    start = (*START_POSITION, 0.0, 0.0, 0.0)
-    reference = REFERENCES[kind](start, TARGET, START_FORCE, TARGET_FORCE, 1.0)
-    controller = Regulation(torsion_compensation=compensation)
-    rows = run(reference_task(), stepper, controller, reference, 2.0, _reference_columns)[::10]
-    names = [name for group in COLUMNS.values() for name in group]
-    return dict(zip(names, rows.T, strict=True))
 
 
 @cache

@@ -57,8 +57,9 @@ class Summary:
         found = []
         if self.friction_use > 1.0:
             found.append(
-                f"Friction use reached {self.friction_use:.3g} ({self.friction_finger}, t = {self.friction_time:.3g} s): "
-                "pure rolling, as the paper assumes it, asks for more friction than there is."
+                f"Friction use reached {self.friction_use:.3g} "
+                f"({self.friction_finger}, t = {self.friction_time:.3g} s): pure rolling, "
+                "as the paper assumes it, asks for more friction than there is."
             )
         for finger, time in self.lost_contact.items():
             found.append(f"{finger} does not press on the object from t = {time:.3g} s; its grip there is a fiction.")

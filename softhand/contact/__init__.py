@@ -1,0 +1,1 @@
+"""Soft contact of a tip with a face: geometry, kinematics, force."""

@@ -14,10 +14,10 @@ from softhand.contact.kinematics import contact_force, contact_jacobian, deforma
 
 
 @intrinsic
-def _call(typing_context, address, arguments, results):  # type: ignore[no-untyped-def]
+def _call(typing_context, address, arguments, results):
     """Call the machine code void f(double*, double*) at an address; laws are data of the kernel, not part of it."""
 
-    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, values):
         pointers = [
             context.make_array(kind)(context, builder, value).data
             for kind, value in zip(signature.args[1:], values[1:], strict=True)
@@ -63,7 +63,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         for k in range(4):
             pad.law_arguments[k] = contact.deformation[k]
         pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
-        _call(pad.force_function, pad.law_arguments, contact.deformation_force)
+        _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
         contact_force(contact, contact.deformation_force, contact.force)
         if with_stiffness:
             _call(pad.stiffness_function, pad.law_arguments, results)
@@ -90,5 +90,3 @@ def _contact_stiffness(contact, derivatives, stiffness):
         stiffness[1, column] = dphi * to_phi
         stiffness[2, column] = dr
         stiffness[3, column] = dpsi
-
-

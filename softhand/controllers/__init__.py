@@ -1,0 +1,1 @@
+"""Control laws: observation in, joint torques out."""

@@ -65,7 +65,8 @@ def _diagonal(key: str, gain: Any, size: int) -> np.ndarray:
 
 @compiled
 def _regulation(
-    J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F, K_O, K_v, K_N, compensate, tau
+    J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F,
+    K_O, K_v, K_N, compensate, tau
 ):  # fmt: skip
     nc, rows = J_CF_tau.shape[0], J_CF_f.shape[0]
     wrench, f_C = np.empty(6), np.empty(rows)

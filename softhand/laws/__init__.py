@@ -1,0 +1,1 @@
+"""Fingertip laws: deformation in, force out."""

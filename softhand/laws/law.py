@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -26,7 +25,7 @@ _DIFFERENCE = 1e-6
 """Relative step of the central differences that stand in for a missing `stiffness`."""
 
 
-class Law(Settings, ABC):
+class Law(Settings):
     """Deformation force of a soft hemispherical tip, dF = (Fr, Ftheta, Fphi, Fpsi).
 
     A subclass lists its parameters as fields and writes `force` as plain scalar Python (the `math` module, no arrays):
@@ -38,18 +37,11 @@ class Law(Settings, ABC):
 
     radius: Positive
 
-    @staticmethod
-    @abstractmethod
-    def force(*arguments: float) -> tuple[float, float, float, float]:
-        """Force from deformation.
-
-        Arguments in this order, SI units: dr, dtheta, dphi, dpsi (radial compression [m], the two tangential angles and
-        the torsion [rad]), phi (undeformed contact angle, Phi + dphi [rad]), then the fields of the law in the order of
-        their declaration, `radius` first.
-
-        Returns:
-            Fr [N] pushing the object away from the tip, and the moments Ftheta, Fphi, Fpsi [N m].
-        """
+    force: ClassVar[Callable[..., tuple[float, float, float, float]]]
+    """Static method, force from deformation. Arguments in this order, SI units: dr, dtheta, dphi, dpsi (radial
+    compression [m], the two tangential angles and the torsion [rad]), phi (undeformed contact angle, Phi + dphi [rad]),
+    then the fields of the law in the order of their declaration, `radius` first. Returns Fr [N], which pushes the
+    object away from the tip, and the moments Ftheta, Fphi, Fpsi [N m]."""
 
     stiffness: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     """Optional static method with the arguments of `force`: the 16 values d dF_i / d delta_j at fixed Phi, row by row.
@@ -89,6 +81,10 @@ def compile_law(law: Law) -> CompiledLaw:
         LawError: the formula uses what numba cannot compile, takes other arguments than the law has fields, or does
             not return four (or sixteen) numbers.
     """
+    if not hasattr(law, "force"):
+        raise LawError(
+            f"law '{type(law).__name__}' has no formula; write the static method `force`.", law=type(law).__name__
+        )
     parameters = law.parameters()
     n_arguments = N_DEFORMATION + len(parameters)
     name = type(law).__name__
@@ -142,9 +138,9 @@ def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: i
     register_jitable(formula)
     source = _fingerprint(formula)
 
-    def entry(arguments, results):  # type: ignore[no-untyped-def]
+    def entry(arguments, results):
         source  # noqa: B018  a change of the formula changes this closure, and with it the key on disk
-        values = formula(*to_fixed_tuple(carray(arguments, n_arguments), n_arguments))
+        values = formula(*to_fixed_tuple(carray(arguments, n_arguments), n_arguments))  # type: ignore[call-arg]
         for k in range(n_results):
             results[k] = values[k]
 
@@ -157,7 +153,7 @@ def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
     register_jitable(formula)
     source = _fingerprint(formula)
 
-    def entry(arguments, results):  # type: ignore[no-untyped-def]
+    def entry(arguments, results):
         source  # noqa: B018
         x = carray(arguments, n_arguments)
         radius = x[N_DEFORMATION]
@@ -167,7 +163,7 @@ def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
             x[j] = kept + step
             if j == 2:
                 x[4] = kept_phi + step
-            upper = formula(*to_fixed_tuple(x, n_arguments))
+            upper = formula(*to_fixed_tuple(x, n_arguments))  # type: ignore[call-arg]
             x[j] = kept - step
             if j == 2:
                 x[4] = kept_phi - step

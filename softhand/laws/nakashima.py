@@ -33,7 +33,7 @@ class Nakashima(Law):
     k_psi: Positive
 
     @staticmethod
-    def force(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_theta, k_psi):  # type: ignore[override,no-untyped-def]
+    def force(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_theta, k_psi):
         """(Fr, Ftheta, Fphi, Fpsi); see the class."""
         c = abs(cos(phi))
         depth = max(dr, 0.0)
@@ -46,7 +46,7 @@ class Nakashima(Law):
         )
 
     @staticmethod
-    def stiffness(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_theta, k_psi):  # type: ignore[override,no-untyped-def]
+    def stiffness(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_theta, k_psi):
         """Derivatives of (Fr, Ftheta, Fphi, Fpsi) with respect to (dr, dtheta, dphi, dpsi), row by row."""
         cosine = cos(phi)
         c = abs(cosine)

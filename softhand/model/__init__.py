@@ -1,0 +1,1 @@
+"""Rigid bodies: URDF to Pinocchio, and their terms at one state."""

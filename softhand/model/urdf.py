@@ -36,9 +36,7 @@ def read_urdf(file: Path, floating: bool = False) -> pin.Model:
         raise ModelError(f"{file}: the root element is <{root.tag}>; a URDF starts with <robot>.", file=str(file))
     with _captured_stderr() as complaint:
         try:
-            model = (
-                pin.buildModelFromXML(text, pin.JointModelFreeFlyer()) if floating else pin.buildModelFromXML(text)
-            )
+            model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer()) if floating else pin.buildModelFromXML(text)
         except (ValueError, RuntimeError) as error:
             reason = complaint() or str(error)
             raise ModelError(f"{file}: Pinocchio cannot read this URDF: {reason}", file=str(file)) from error

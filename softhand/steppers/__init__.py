@@ -1,0 +1,1 @@
+"""Time integration: a state carried over one step."""

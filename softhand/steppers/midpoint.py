@@ -22,8 +22,8 @@ class Midpoint(Stepper):
         (M + (h^2/4) J^T K J) dv = h {(tau, 0) - (C v + N) - J^T C_F},   J = [J_CF, -J_O]
         K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part
 
-    then q and z move for h with the mean velocity v + dv/2. No numerical damping. Use `adaptive` where the error must be
-    known, and `rk4` where the torques change fast and the tips are soft.
+    then q and z move for h with the mean velocity v + dv/2. No numerical damping. Use `adaptive` where the error
+    must be known, and `rk4` where the torques change fast and the tips are soft.
     """
 
     def start(self, plant: Plant) -> Integration:

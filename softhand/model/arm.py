@@ -1,0 +1,105 @@
+"""Fingertip positions from joint angles, and joint angles from fingertip positions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from softhand.model.world import World
+
+Array = NDArray[np.float64]
+
+REACHED = 1e-9  # [m]
+_STARTS = 12
+_TOLERANCES = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
+
+
+class Arm:
+    """Forward and inverse kinematics of the hand, free of velocities and of the object.
+
+    Attributes:
+        q: configuration of the last `move`, shape (nq,).
+    """
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.q = pin.neutral(world.model)
+        self._data = world.model.createData()
+
+    def move(self, angles: Array) -> None:
+        """Put the joints at these angles [rad or m], shape (n,)."""
+        self.world.set_joint_position(angles, self.q)
+        pin.computeJointJacobians(self.world.model, self._data, self.q)
+
+    def tip(self, index: int) -> tuple[Array, Array]:
+        """Position [m], shape (3,), and axes, shape (3, 3), of a finger frame F in the world."""
+        tip = self.world.tips[index]
+        pose = self._data.oMi[tip.joint]
+        return pose.translation + pose.rotation @ tip.position, pose.rotation @ tip.rotation
+
+    def point_jacobian(self, index: int, point: Array) -> Array:
+        """Velocity of a world point that moves with a tip, from all joints, shape (3, n)."""
+        columns = list(self.world.tips[index].columns)
+        jacobian = np.zeros((3, self.world.n_joints))
+        jacobian[:, columns] = self._data.J[:3, columns] - pin.skew(point) @ self._data.J[3:, columns]
+        return jacobian
+
+    def gravity_torque(self) -> Array:
+        """N_F at the angles of the last `move` [N m], shape (n,)."""
+        gravity = pin.computeGeneralizedGravity(self.world.model, self._data, self.q)
+        return np.array(gravity[: self.world.n_joints])
+
+    def reach(self, index: int, target: Array, angles: Array) -> float:
+        """Find the angles of one finger that put its tip frame at a point, within the joint limits.
+
+        Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones.
+
+        Args:
+            index: of the tip.
+            target: in the world [m], shape (3,).
+            angles: of all joints [rad]; those of the finger are set if the point is reached, shape (n,).
+
+        Returns:
+            The distance that is left [m]: below `REACHED` when the point is reached.
+        """
+        columns = self._own_columns(index)
+        lower, upper = (limit[columns] for limit in self.world.position_limits)
+        trial = angles.copy()
+
+        def miss(values: Array) -> Array:
+            trial[columns] = values
+            self.move(trial)
+            return self.tip(index)[0] - target
+
+        def slope(values: Array) -> Array:
+            miss(values)
+            return self.point_jacobian(index, self.tip(index)[0])[:, columns]
+
+        best: Any = None
+        others = np.random.default_rng(0).uniform(
+            np.maximum(lower, -math.pi), np.minimum(upper, math.pi), (_STARTS, len(columns))
+        )
+        for start in (angles[columns], *others):
+            inside = np.clip(start, lower + 1e-9, upper - 1e-9)
+            found = least_squares(miss, inside, slope, bounds=(lower, upper), **_TOLERANCES)
+            if best is None or found.cost < best.cost:
+                best = found
+            if math.sqrt(2.0 * best.cost) < REACHED:
+                break
+        values = best.x.copy()
+        for _ in range(3):  # to the last digit, which the trust region leaves
+            values -= np.linalg.lstsq(slope(values), miss(values), rcond=1e-10)[0]
+        if np.linalg.norm(miss(values)) > REACHED or np.any(values < lower) or np.any(values > upper):
+            return max(math.sqrt(2.0 * best.cost), 2.0 * REACHED)
+        angles[columns] = values
+        return float(np.linalg.norm(miss(values)))
+
+    def _own_columns(self, index: int) -> list[int]:
+        tips = self.world.tips
+        shared = {column for k, tip in enumerate(tips) if k != index for column in tip.columns}
+        return [column for column in tips[index].columns if column not in shared]
