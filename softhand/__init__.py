@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softhand.analysis.summary import Summary, summarize
-    from softhand.build import build, simulate
+    from softhand.assembly import build, simulate
     from softhand.controllers.controller import Controller
     from softhand.errors import (
         ControllerError,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
-    "build": ("build", "simulate"),
+    "assembly": ("build", "simulate"),
     "controllers.controller": ("Controller",),
     "errors": (
         "ControllerError",

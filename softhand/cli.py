@@ -70,7 +70,7 @@ def simulate(
 
 def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool) -> None:
     _say_compiling(quiet)
-    from softhand.build import build
+    from softhand.assembly import build
 
     simulation = build(scenario)
     _make_folder(folder)

@@ -49,6 +49,7 @@ _ON_TOP = 10  # zorder of desired values
 _FRICTION_TOP = 3.0  # friction use above this is cut off
 _WIDTH = 9.0  # [in], 900 px in a README
 _DEGREES = 180.0 / np.pi
+_ROUNDING = 1e-9  # [s]
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -108,7 +109,8 @@ def draw_run(recording: Recording) -> Figure:
     with rc_context(_STYLE):
         figure = _new_figure(11.4)
         scenario = _scenario_of(recording)
-        grid = figure.add_gridspec(2, 1, height_ratios=(3.2, 6.4), left=0.075, right=0.985, top=0.912, bottom=0.04,
+        top = _draw_head(figure, recording, scenario)
+        grid = figure.add_gridspec(2, 1, height_ratios=(3.1, 6.6), left=0.075, right=0.985, top=top, bottom=0.04,
                                    hspace=0.15)  # fmt: skip
         try:
             _draw_object(grid[0], recording)
@@ -116,15 +118,16 @@ def draw_run(recording: Recording) -> Figure:
         except KeyError as error:
             raise RecordingError(f"The recording cannot be drawn: {error.args[0]}") from error
         _finish(figure, float(scenario.get("duration", recording.stop_time)))
-        _draw_head(figure, recording, scenario)
+        if not recording.complete:
+            _mark_stop(figure, recording.stop_time)
     return figure
 
 
 def draw_comparison(pairs: Sequence[Compared], title: str, window: float = 0.5) -> Figure:
     """The paper's simulation figure: position, orientation and internal force, with and without compensation.
 
-    Solid with compensation, dash-dotted without, desired values thin and black on top. The last row is the length of
-    the error vector, averaged as a vector over the time `window` before: oscillation drops out, a steady error stays.
+    Solid with compensation, dash-dotted without, desired values thin and black on top. The last row, on a logarithmic
+    scale, is the length of the mean of the error vector over the `window` before: swings cancel, a steady error stays.
     A cross marks where an incomplete run stopped, and the head says why.
 
     Args:
@@ -134,11 +137,11 @@ def draw_comparison(pairs: Sequence[Compared], title: str, window: float = 0.5) 
     """
     with rc_context(_STYLE):
         figure = _new_figure(7.2)
-        grid = figure.add_gridspec(1, 3, left=0.07, right=0.975, top=0.87, bottom=0.065, wspace=0.27)
+        top = _draw_comparison_head(figure, pairs, title)
+        grid = figure.add_gridspec(1, 3, left=0.075, right=0.975, top=top, bottom=0.065, wspace=0.27)
         for k, place in enumerate(grid):
             _compare_column(place, k, pairs, window)
         _finish(figure, max((run.time[-1] for pair in pairs for run in pair[1:] if len(run)), default=1.0))
-        _draw_comparison_head(figure, pairs, title)
     return figure
 
 
@@ -205,9 +208,12 @@ def _draw_contacts(place: SubplotSpec, recording: Recording) -> None:
         (r"deformation $\delta\phi$ [deg]", _DEGREES * deformation[:, :, 2], 1.0),
         (r"deformation $\delta\psi$ [deg]", _DEGREES * deformation[:, :, 3], 1.0),
     )
-    upper, lower = _split(place, 2, 1, height_ratios=(3.3, 1.0), hspace=0.1)
-    for (label, values, least), spot in zip(panels, _split(upper, 3, 3, wspace=0.27, hspace=0.16), strict=True):
-        axes = _panel(spot, label)
+    upper, lower = _split(place, 2, 1, height_ratios=(3.35, 1.0), hspace=0.13)
+    _draw_fingers_legend(place.get_gridspec().figure, recording.labels["contact"], upper)
+    for k, ((label, values, least), spot) in enumerate(
+        zip(panels, _split(upper, 3, 3, wspace=0.27, hspace=0.16), strict=True)
+    ):
+        axes = _panel(spot, label, "" if k else "Contacts")
         _plot_fingers(axes, recording.time, values, range(values.shape[1]))
         _widen(axes, least)
         if label.startswith("friction"):
@@ -233,7 +239,7 @@ def _draw_torques(place: SubplotSpec, recording: Recording) -> None:
     hand = _joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
     ranks = max(map(len, hand))
     for k, spot in enumerate(_split(place, 1, ranks, wspace=0.27 + 0.1 * (ranks > 3))):
-        axes = _panel(spot, f"torque, joint {k + 1} [N m]", bottom=True)
+        axes = _panel(spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
         fingers = [finger for finger, joints in enumerate(hand) if k < len(joints)]
         joints = [hand[finger][k] for finger in fingers]
         _plot_fingers(axes, recording.time, torque[:, joints], fingers)
@@ -263,24 +269,28 @@ def _joints_of_fingers(joints: Sequence[str], tips: Sequence[str]) -> list[list[
     return hand
 
 
-def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -> None:
-    """Title, settings, what the colours mean, and why an incomplete run stopped."""
-    _draw_title(figure, scenario.get("description") or "softhand run")
-    plugins = {name: scenario.get(name, {}) for name in ("controller", "reference", "stepper")}
-    said = [f"{name} {table.get('name', table.get('kind'))}" for name, table in plugins.items() if table]
-    figure.text(0.012, _from_top(figure, 0.34), ", ".join(said), color="0.35", va="top")
-    curves = [Line2D([], [], color=_OBJECT, lw=1.8, label="object"), _desired_handle()]
-    _draw_legend(figure, curves, _from_top(figure, 0.27), loc="upper right")
-    tips = recording.labels["contact"]
-    fingers = [
+def _draw_fingers_legend(figure: Figure, tips: Sequence[str], place: SubplotSpec) -> None:
+    handles = [
         Line2D([], [], color=FINGERS[k % len(FINGERS)], lw=1.8, label=tip.removesuffix("_tip").replace("_", " "))
         for k, tip in enumerate(tips)
     ]
-    _draw_legend(figure, fingers, 0.605, loc="upper right")
-    if not recording.complete:
-        for axes in figure.axes:
-            axes.axvline(recording.stop_time, color=_WARNING, lw=1.0, ls=DASHED)
-        _draw_warning(figure, 0.52, f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}")
+    _draw_legend(figure, handles, place.get_position(figure).y1 + 0.005, loc="lower right")
+
+
+def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -> float:
+    """Title, settings, legend of the upper part, why an incomplete run stopped; returns where the axes may begin."""
+    plugins = {name: scenario.get(name, {}) for name in ("controller", "reference", "stepper")}
+    said = [f"{name} {table.get('name', table.get('kind'))}" for name, table in plugins.items() if table]
+    figure.text(0.012, _from_top(figure, 0.36), ", ".join(said), color="0.35", va="top")
+    handles = [Line2D([], [], color=_OBJECT, lw=1.8, label="object"), _desired_handle()]
+    _draw_legend(figure, handles, _from_top(figure, 0.34), loc="upper right")
+    stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
+    return _draw_title(figure, scenario.get("description") or "softhand run", stop)
+
+
+def _mark_stop(figure: Figure, time: float) -> None:
+    for axes in figure.axes:
+        axes.axvline(time, color=_WARNING, lw=1.0, ls=DASHED)
 
 
 # --------------------------------------------------------------------------------------------------- comparison
@@ -295,6 +305,8 @@ def _compare_column(place: SubplotSpec, k: int, pairs: Sequence[Compared], windo
         for row, (label, spot) in enumerate(zip(first.labels, spots, strict=True))
     ]
     below = _panel(last, f"mean error [{first.unit}]", bottom=True)
+    below.set_yscale("log")
+    below.set_title(f"mean over the last {window:g} s", loc="right", size=7.5, weight="normal", color="0.35", pad=2.0)
     for pair, colors in zip(pairs, TARGETS, strict=False):
         for run, color, style in ((pair.uncompensated, colors[1], DASH_DOTTED), (pair.compensated, colors[0], SOLID)):
             quantity = _quantities(run)[k]
@@ -310,29 +322,26 @@ def _compare_column(place: SubplotSpec, k: int, pairs: Sequence[Compared], windo
                                   weight="bold", va="center", annotation_clip=False)  # fmt: skip
     for axes in rows:
         _widen(axes, first.least)
-    below.set_ylim(bottom=0.0)
 
 
 def _mean_error(time: Array, error: Array, window: float) -> Array:
-    """Length of the error vector averaged over the time before each sample, shape (samples,)."""
+    """Length of the mean of the error vector over the time before each sample, shape (samples,); at first NaN."""
     total = np.vstack([np.zeros(error.shape[1]), np.cumsum(error, axis=0)])
     last = np.arange(1, len(time) + 1)
-    first = np.searchsorted(time, time - window + 1e-9)
+    first = np.searchsorted(time, time - window + _ROUNDING)
     length: Array = np.linalg.norm(total[last] - total[first], axis=1) / (last - first)
-    return length
+    return np.where(time < window - _ROUNDING, np.nan, length)
 
 
-def _draw_comparison_head(figure: Figure, pairs: Sequence[Compared], title: str) -> None:
-    _draw_title(figure, title)
-    handles, stopped = [], []
+def _draw_comparison_head(figure: Figure, pairs: Sequence[Compared], title: str) -> float:
+    handles, stops = [], []
     for pair, colors in zip(pairs, TARGETS, strict=False):
         for run, color, style, how in zip(pair[1:], colors, (SOLID, DASH_DOTTED), ("with", "without"), strict=True):
             handles.append(Line2D([], [], color=color, ls=style, lw=1.6, label=f"{pair.label}, {how} compensation"))
             if not run.complete:
-                stopped.append(f"{pair.label} {how} compensation stopped at {run.stop_time:g} s: {run.reason}")
-    _draw_legend(figure, [*handles, _desired_handle()], _from_top(figure, 0.28), loc="upper left")
-    if stopped:
-        _draw_warning(figure, 0.5, "; ".join(stopped))
+                stops.append(f"{pair.label}, {how} compensation, stopped at {run.stop_time:g} s: {run.reason}")
+    _draw_legend(figure, [*handles, _desired_handle()], _from_top(figure, 0.34), loc="upper left")
+    return _draw_title(figure, title, *stops)
 
 
 # -------------------------------------------------------------------------------------------------------- parts
@@ -412,17 +421,17 @@ def _from_top(figure: Figure, inches: float) -> float:
     return 1.0 - inches / float(figure.get_figheight())
 
 
-def _draw_title(figure: Figure, text: str) -> None:
-    figure.text(0.012, _from_top(figure, 0.1), textwrap.shorten(text, 90), weight="bold", size=11, va="top")
+def _draw_title(figure: Figure, title: str, *warnings: str) -> float:
+    """Title and warnings, with room for a legend between them; returns where the axes may begin."""
+    figure.text(0.012, _from_top(figure, 0.1), textwrap.shorten(title, 90), weight="bold", size=11, va="top")
+    lines = [line for warning in warnings if warning for line in textwrap.wrap(warning, 145)]
+    figure.text(0.012, _from_top(figure, 0.56), "\n".join(lines), color=_WARNING, va="top")
+    return _from_top(figure, 0.82 + 0.14 * len(lines))
 
 
-def _draw_warning(figure: Figure, inches: float, text: str) -> None:
-    figure.text(0.012, _from_top(figure, inches), textwrap.fill(text, 145), color=_WARNING, va="top")
-
-
-def _draw_legend(figure: Figure, handles: list[Line2D], top: float, loc: str) -> None:
-    place = {"upper left": 0.012, "upper right": 0.99}[loc]
-    figure.legend(handles=handles, loc=loc, bbox_to_anchor=(place, top), ncols=len(handles), handlelength=2.4,
+def _draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: str) -> None:
+    side = 0.012 if loc.endswith("left") else 0.988
+    figure.legend(handles=handles, loc=loc, bbox_to_anchor=(side, height), ncols=len(handles), handlelength=2.4,
                   columnspacing=1.4, borderpad=0.2, borderaxespad=0.0)  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.build import simulate
+from softhand.assembly import simulate
 from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
 from softhand.grasp import Grasp, faces_of, solve_grasp

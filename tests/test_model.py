@@ -20,6 +20,7 @@ from hands import (
     Array,
     Task,
     numerical_jacobian,
+    random_state,
     write_box,
     write_hand,
 )
@@ -133,11 +134,11 @@ def test_object_terms_are_the_rate_of_its_momentum(
         velocity = turned @ (v[-6:-3] + np.cross(v[-3:], body.lever))
         return np.concatenate([body.mass * velocity, turned @ body.inertia @ v[-3:]])
 
-    rate = numerical_jacobian(momentum, 1, 1e-5)[:, 0]
+    rate = numerical_jacobian(momentum, 1)[:, 0]
     force = rate[:3] - body.mass * GRAVITY
     moment = rate[3:] + np.cross(R @ body.lever, force)
     nle = snapshot_at(world, State(q, v, np.zeros((3, 3)))).nle[-6:]
-    np.testing.assert_allclose(nle, np.concatenate([R.T @ force, R.T @ moment]), rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(nle, np.concatenate([R.T @ force, R.T @ moment]), rtol=0.0, atol=3e-9)
 
 
 def test_gravity_is_the_slope_of_the_potential_energy(task: Task, state: State) -> None:
@@ -236,11 +237,11 @@ def test_envelope_is_as_narrow_as_the_tree(make_task: Callable[[str], Task], nam
     np.testing.assert_array_equal(make_task(name).world.envelope, ENVELOPES[name])
 
 
-def test_wrist_couples_the_fingers(make_task: Callable[[str], Task]) -> None:
+def test_wrist_couples_the_fingers(make_task: Callable[[str], Task], rng: np.random.Generator) -> None:
     """The wrist moves every tip, and its row of M couples it with every joint."""
     task = make_task("wrist")
     assert all(tip.columns[0] == 0 and len(tip.columns) == 4 for tip in task.world.tips)
-    M = symmetric(snapshot_at(task.world, task.grasp.state).M)
+    M = symmetric(snapshot_at(task.world, random_state(task, rng)).M)
     assert np.all(np.abs(M[0, 1:10]) > 1e-9)
 
 

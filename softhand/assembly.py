@@ -12,7 +12,7 @@ from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
 from softhand.model.world import World, load_world
 from softhand.plant import Fingertip, Plant
-from softhand.plugins import find_plugin
+from softhand.plugins import find_plugin, plugin_names
 from softhand.recording import Recording
 from softhand.references import REFERENCES, Reference
 from softhand.scenario import Scenario, resolve_path
@@ -21,12 +21,13 @@ from softhand.simulation import Progress, Simulation
 from softhand.steppers.stepper import Stepper
 
 
-def build(scenario: Scenario, controller: Controller | None = None) -> Simulation:
+def build(scenario: Scenario, controller: Controller | None = None, law: Law | None = None) -> Simulation:
     """Load the model, solve the start and put everything together.
 
     Args:
         scenario: what to run.
         controller: used in place of the scenario's, for one that is not a plugin.
+        law: used in place of the scenario's fingertip law, likewise.
 
     Raises:
         ScenarioError: a name or a setting of a plugin is wrong.
@@ -34,7 +35,7 @@ def build(scenario: Scenario, controller: Controller | None = None) -> Simulatio
         GraspError: there is no grasp at rest.
         LawError: the fingertip law cannot be compiled.
     """
-    law = read_law(scenario)
+    law = law or read_law(scenario)
     controller = controller or _read_plugin("controllers", scenario.controller.name, scenario.controller.parameters)
     stepper = _read_stepper(scenario)
     world = read_world(scenario)
@@ -51,18 +52,24 @@ def build(scenario: Scenario, controller: Controller | None = None) -> Simulatio
     )
 
 
-def simulate(scenario: Scenario, controller: Controller | None = None, progress: Progress | None = None) -> Recording:
+def simulate(
+    scenario: Scenario,
+    controller: Controller | None = None,
+    law: Law | None = None,
+    progress: Progress | None = None,
+) -> Recording:
     """Build a scenario and run it.
 
     Args:
         scenario: what to run, from `load_scenario`.
         controller: used in place of the scenario's, for one that is not a plugin.
+        law: used in place of the scenario's fingertip law, likewise.
         progress: called now and then with the simulated time [s].
 
     Raises:
         SofthandError: as `build` and `Simulation.run`.
     """
-    return build(scenario, controller).run(progress)
+    return build(scenario, controller, law).run(progress)
 
 
 def read_law(scenario: Scenario) -> Law:
@@ -104,11 +111,17 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
 def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Stepper) -> Scenario:
     """The scenario with the defaults of its plugins written out, so that the run can be repeated from it."""
     tables: dict[str, Any] = {
-        "fingertip": {"law": scenario.fingertip.law, "friction": scenario.fingertip.friction, **_dump(law)},
-        "controller": {"name": scenario.controller.name, **_dump(controller)},
+        "fingertip": {"law": _name("laws", scenario.fingertip.law, law), "friction": scenario.fingertip.friction, **_dump(law)},
+        "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
         "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
     }
     return scenario.with_values(tables)
+
+
+def _name(kind: str, name: str, used: Any) -> str:
+    """The name in the scenario, or that of the class if another one was handed over."""
+    known = name in plugin_names(kind) and type(used) is find_plugin(kind, name, "")
+    return name if known else type(used).__name__
 
 
 def _dump(settings: Any) -> dict[str, Any]:

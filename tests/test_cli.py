@@ -1,0 +1,120 @@
+"""The command line, started as a user starts it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from softhand import Recording
+
+COMMAND = str(Path(sys.executable).with_name("softhand"))
+
+
+def run(*arguments, folder, **options):
+    return subprocess.run(
+        [COMMAND, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False, **options
+    )
+
+
+def test_simulate_writes_a_run_folder(tmp_path):
+    """`softhand simulate` prints the table and writes run.nc, figure.png and scenario.toml."""
+    result = run("simulate", "--duration", "0.05", folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert {file.name for file in (tmp_path / "runs/target-a").iterdir()} == {"run.nc", "figure.png", "scenario.toml"}
+    for words in ("position error", "mm", "orientation error", "deg", "internal-force error", "friction use",
+                  "steps per second", "real-time factor"):  # fmt: skip
+        assert words in result.stdout
+
+
+def test_a_second_run_does_not_overwrite_the_first(tmp_path):
+    """Without --out each run gets a new folder."""
+    for _ in range(2):
+        assert run("simulate", "--duration", "0.002", "--no-plot", "--quiet", folder=tmp_path).returncode == 0
+    assert (tmp_path / "runs/target-a/run.nc").is_file() and (tmp_path / "runs/target-a-2/run.nc").is_file()
+
+
+def test_quiet_prints_nothing(tmp_path):
+    """--quiet leaves both outputs empty."""
+    result = run("simulate", "-q", "--no-plot", "--duration", "0.002", "--out", "here", folder=tmp_path)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    assert not (tmp_path / "here/figure.png").exists()
+
+
+def test_values_and_plugins_can_be_set(tmp_path):
+    """--set, --stepper, --controller and --duration end up in scenario.toml, and the run repeats from it."""
+    first = run("simulate", "target-b", "--set", "object.mass=0.3", "--set", "reference.kind=step", "--stepper", "rk4",
+                "--controller", "regulation", "--duration", "0.01", "--out", "one", "-q", folder=tmp_path)  # fmt: skip
+    assert first.returncode == 0, first.stderr
+    text = (tmp_path / "one/scenario.toml").read_text()
+    assert "mass = 0.3" in text and 'name = "rk4"' in text and 'kind = "step"' in text
+    second = run("simulate", "one/scenario.toml", "--out", "two", "-q", folder=tmp_path)
+    assert second.returncode == 0, second.stderr
+    one, two = (Recording.load(tmp_path / name / "run.nc") for name in ("one", "two"))
+    assert (one.object_position == two.object_position).all()
+
+
+def test_list_names_everything_with_a_line(tmp_path):
+    """`softhand list` shows scenarios, laws, controllers and steppers."""
+    result = run("list", folder=tmp_path)
+    assert result.returncode == 0
+    for name in ("target-a", "target-b", "nakashima", "regulation", "midpoint", "rk4", "semi-implicit-euler", "adaptive"):
+        assert name in result.stdout
+
+
+def test_plot_draws_a_recording(tmp_path):
+    """`softhand plot` writes the figure in the format of its name."""
+    run("simulate", "--duration", "0.01", "--no-plot", "--out", "x", "-q", folder=tmp_path)
+    assert run("plot", "x/run.nc", "--out", "x/figure.svg", folder=tmp_path).returncode == 0
+    assert "<svg" in (tmp_path / "x/figure.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "target-c"], ["target-c", "target-a", "target-b"]),
+        (["simulate", "--set", "fingertip.kr=1"], ["fingertip.kr", "fingertip.k_r"]),
+        (["simulate", "--set", "fingertip.k_r=-1"], ["fingertip.k_r", "-1", "> 0"]),
+        (["simulate", "--set", "object.mass=nan"], ["object.mass", "nan"]),
+        (["simulate", "--set", "nonsense"], ["nonsense", "key=value"]),
+        (["simulate", "--controller", "regulatoin"], ["controller.name", "regulatoin", "regulation"]),
+        (["simulate", "--stepper", "rk5"], ["stepper.name", "rk4"]),
+        (["simulate", "--set", "object.position=[0, 0, 1]"], ["finger_1_tip", "out of reach", "mm"]),
+        (["simulate", "--set", "hand.urdf=missing.urdf"], ["missing.urdf"]),
+        (["plot", "missing.nc"], ["missing.nc", "no such file"]),
+        (["list", "horses"], ["horses", "laws"]),
+    ],
+)
+def test_a_mistake_gives_one_message_and_no_traceback(tmp_path, arguments, words):
+    """A user's mistake: the thing, its value, the remedy; nothing on stdout; exit code 1."""
+    result = run(*arguments, folder=tmp_path)
+    assert result.returncode == 1
+    assert result.stderr.startswith("error:") and "Traceback" not in result.stderr and result.stdout == ""
+    for word in words:
+        assert word in result.stderr
+
+
+def test_interrupt_keeps_what_was_computed(tmp_path):
+    """Ctrl-C ends a long run with exit code 130 and a readable recording."""
+    process = subprocess.Popen(
+        [COMMAND, "simulate", "--duration", "600", "--no-plot", "--out", "long", "-q"],
+        cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while not (tmp_path / "long/scenario.toml").exists():
+        time.sleep(0.05)
+        assert process.poll() is None
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and "interrupted" in errors and "Traceback" not in errors
+    recording = Recording.load(tmp_path / "long/run.nc")
+    assert not recording.complete and "interrupted" in recording.reason
+
+
+def test_every_command_has_help_with_an_example(tmp_path):
+    """--help of the program and of every command ends with an example."""
+    for command in ([], ["simulate"], ["list"], ["plot"], ["reproduce"]):
+        result = run(*command, "--help", folder=tmp_path, env={**os.environ, "COLUMNS": "120"})
+        assert result.returncode == 0 and "Example: softhand" in result.stdout

@@ -1,0 +1,68 @@
+"""Plugins: one table of names, open to other packages."""
+
+import pytest
+from softhand import Controller, Law, ScenarioError, Stepper, load_scenario, simulate
+from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_names
+
+BASES = {"laws": Law, "controllers": Controller, "steppers": Stepper}
+ALL = [(kind, name) for kind, names in SHIPPED.items() for name in names]
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_every_shipped_plugin_has_its_base_and_a_line(kind, name):
+    """Each name stands for a subclass of the base, and its docstring starts with a line for listings."""
+    assert issubclass(find_plugin(kind, name, "key"), BASES[kind])
+    assert len(describe_plugin(kind, name)) > 20
+
+
+@pytest.mark.parametrize("name", list(SHIPPED["steppers"]))
+def test_every_stepper_runs_the_reference_task(name):
+    """Each shipped stepper carries target A for 20 ms."""
+    values = {"stepper": {"name": name, "step": 0.0005}, "duration": 0.02}
+    assert simulate(load_scenario("target-a", values)).complete
+
+
+def install(folder, monkeypatch, target):
+    """A package with an entry point, as an installer leaves it."""
+    package = folder / "gel_package"
+    package.mkdir()
+    (package / "__init__.py").write_text(
+        "from math import pi\n"
+        "from softhand import Law\n"
+        "class Gel(Law):\n"
+        '    """Linear gel: three springs that do not depend on the angle."""\n'
+        "    k: float\n"
+        "    @staticmethod\n"
+        "    def force(dr, dtheta, dphi, dpsi, phi, radius, k):\n"
+        "        return k * dr, k * radius**2 * dtheta, k * radius**2 * dphi, 1e-2 * k * radius**2 * dpsi\n"
+    )
+    info = folder / "gel_package-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: gel-package\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[softhand.laws]\ngel = {target}\n")
+    monkeypatch.syspath_prepend(str(folder))
+
+
+def test_another_package_adds_a_law_by_entry_point(tmp_path, monkeypatch):
+    """A law of an installed package is listed, found by its name, and runs."""
+    install(tmp_path, monkeypatch, "gel_package:Gel")
+    assert "gel" in plugin_names("laws")
+    fingertip = {"law": "gel", "friction": 0.5, "radius": 0.01, "k": 3000.0}
+    assert simulate(load_scenario("target-a", {"fingertip": fingertip, "duration": 0.02})).complete
+
+
+@pytest.mark.parametrize(
+    ("target", "words"), [("gel_package:Missing", "cannot be imported"), ("gel_package:pi", "no subclass of softhand.Law")]
+)
+def test_a_broken_entry_point_is_named(tmp_path, monkeypatch, target, words):
+    """An entry point that cannot be imported, or is no law, is an error with its name."""
+    install(tmp_path, monkeypatch, target)
+    with pytest.raises(ScenarioError, match=words):
+        find_plugin("laws", "gel", "fingertip.law")
+
+
+def test_an_unknown_name_gives_the_nearest(tmp_path):
+    """The message of an unknown name lists what there is and the nearest."""
+    with pytest.raises(ScenarioError, match='Did you mean "midpoint"') as caught:
+        find_plugin("steppers", "midpont", "stepper.name")
+    assert caught.value.key == "stepper.name" and "rk4" in str(caught.value)

@@ -1,0 +1,45 @@
+"""The README tells the truth: its examples run and its table is current."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+import softhand
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+EXAMPLES = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=["controller", "law"])
+def test_the_examples_run(example, tmp_path, monkeypatch):
+    """Each Python block of the README runs as it stands, and its run is complete."""
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "readme"}
+    exec(compile(example, "README.md", "exec"), namespace)
+    assert namespace["recording"].complete
+
+
+def test_the_controller_example_regulates(tmp_path, monkeypatch):
+    """The README's controller brings the box to within 2 mm of the target and writes its two files."""
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "readme"}
+    exec(compile(EXAMPLES[0], "README.md", "exec"), namespace)
+    assert softhand.summarize(namespace["recording"]).position_error < 2.0
+    assert (tmp_path / "run.nc").is_file() and (tmp_path / "figure.png").is_file()
+
+
+def test_the_summary_table_is_current():
+    """The table in the README is what the script prints now."""
+    spec = importlib.util.spec_from_file_location("make_readme", ROOT / "scripts/make_readme.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    assert script.summary_table(softhand.simulate(softhand.load_scenario("target-a"))) in README
+
+
+def test_the_pictures_and_pages_are_there():
+    """Every relative link of the README leads to a file."""
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        if not target.startswith("http"):
+            assert (ROOT / target).exists(), target
