@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from softhand.laws.law import Law
     from softhand.plots import draw_run, save_figure
     from softhand.recording import Recording
-    from softhand.scenario import Scenario, load_scenario, scenario_names
+    from softhand.scenario import Scenario, load_scenario
+    from softhand.scenario_file import scenario_names
     from softhand.sensing import Observation
     from softhand.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
@@ -52,7 +53,8 @@ _HOMES = {
     "laws.law": ("Law",),
     "plots": ("draw_run", "save_figure"),
     "recording": ("Recording",),
-    "scenario": ("Scenario", "load_scenario", "scenario_names"),
+    "scenario": ("Scenario", "load_scenario"),
+    "scenario_file": ("scenario_names",),
     "sensing": ("Observation",),
     "simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),

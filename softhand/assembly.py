@@ -15,7 +15,8 @@ from softhand.plant import Fingertip, Plant
 from softhand.plugins import find_plugin, plugin_names
 from softhand.recording import Recording
 from softhand.references import REFERENCES, Reference
-from softhand.scenario import Scenario, resolve_path
+from softhand.scenario import Scenario
+from softhand.scenario_file import resolve_path
 from softhand.settings import read_settings
 from softhand.simulation import Progress, Simulation
 from softhand.steppers.stepper import Stepper

@@ -55,7 +55,8 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
-    from softhand.scenario import load_scenario, parse_override
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import parse_override
 
     values = dict(parse_override(change) for change in changes)
     if duration is not None:
@@ -104,7 +105,8 @@ def list_names(
 ) -> None:
     """List scenarios, fingertip laws, controllers and steppers."""
     from softhand.plugins import SHIPPED, describe_plugin, plugin_names
-    from softhand.scenario import load_scenario, scenario_names
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import scenario_names
 
     kinds = ["scenarios", *SHIPPED]
     if what is not None and what not in kinds:

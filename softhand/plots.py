@@ -10,6 +10,7 @@ import os
 import sys
 import textwrap
 from collections.abc import Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -50,7 +51,7 @@ _FRICTION_TOP = 3.0  # friction use above this is cut off
 _WIDTH = 9.0  # [in], 900 px in a README
 _DEGREES = 180.0 / np.pi
 _ROUNDING = 1e-9  # [s]
-_STYLE: dict[str, Any] = {
+_STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
     "mathtext.fontset": "dejavusans",
@@ -113,11 +114,11 @@ def draw_run(recording: Recording) -> Figure:
         grid = figure.add_gridspec(2, 1, height_ratios=(3.1, 6.6), left=0.075, right=0.985, top=top, bottom=0.04,
                                    hspace=0.15)  # fmt: skip
         try:
-            _draw_object(grid[0], recording)
-            _draw_contacts(grid[1], recording)
+            _draw_object(figure, grid[0], recording)
+            _draw_contacts(figure, grid[1], recording)
         except KeyError as error:
             raise RecordingError(f"The recording cannot be drawn: {error.args[0]}") from error
-        _finish(figure, float(scenario.get("duration", recording.stop_time)))
+        _finish(figure, _time_shown(recording, scenario))
         if not recording.complete:
             _mark_stop(figure, recording.stop_time)
     return figure
@@ -138,9 +139,9 @@ def draw_comparison(pairs: Sequence[Compared], title: str, window: float = 0.5) 
     with rc_context(_STYLE):
         figure = _new_figure(7.2)
         top = _draw_comparison_head(figure, pairs, title)
-        grid = figure.add_gridspec(1, 3, left=0.075, right=0.975, top=top, bottom=0.065, wspace=0.27)
-        for k, place in enumerate(grid):
-            _compare_column(place, k, pairs, window)
+        grid = figure.add_gridspec(1, 3, left=0.075, right=0.975, top=top, bottom=0.065, wspace=0.32)
+        for k in range(3):
+            _compare_column(figure, grid[k], k, pairs, window)
         _finish(figure, max((run.time[-1] for pair in pairs for run in pair[1:] if len(run)), default=1.0))
     return figure
 
@@ -176,25 +177,28 @@ def _encode(figure: Figure, ending: str) -> bytes:
 # ------------------------------------------------------------------------------------------------------- one run
 
 
-def _draw_object(place: SubplotSpec, recording: Recording) -> None:
+def _draw_object(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
     """One column a quantity, one axes a component; more than three pairs of contacts share three axes."""
-    for quantity, column in zip(_quantities(recording), _split(place, 1, 3, wspace=0.27), strict=True):
+    for quantity, column in zip(_quantities(recording), _split(place, 1, 3, wspace=0.31), strict=True):
         groups = np.array_split(np.arange(len(quantity.labels)), min(len(quantity.labels), 3))
         for row, (group, spot) in enumerate(zip(groups, _split(column, len(groups), 1, hspace=0.2), strict=True)):
             label = quantity.labels[group[0]] if len(group) == 1 else "$f$"
-            axes = _panel(spot, f"{label} [{quantity.unit}]", "" if row else quantity.title, row == len(groups) - 1)
+            axes = _panel(
+                figure, spot, f"{label} [{quantity.unit}]", "" if row else quantity.title, row == len(groups) - 1
+            )
             for k, member in enumerate(group):
                 color = _OBJECT if len(group) == 1 else FINGERS[k % len(FINGERS)]
-                axes.plot(recording.time, quantity.values[:, member], color=color, lw=1.8, label=quantity.labels[member])
+                axes.plot(
+                    recording.time, quantity.values[:, member], color=color, lw=1.8, label=quantity.labels[member]
+                )
                 _plot_desired(axes, recording.time, quantity.desired[:, member])
             if len(group) > 1:
-                handles = axes.lines[::2]
-                axes.legend(handles=handles, ncols=4, fontsize=7, handlelength=1.2, columnspacing=1.0, borderpad=0.0,
-                            loc="lower right", bbox_to_anchor=(1.0, 0.97))  # fmt: skip
+                axes.legend(handles=axes.lines[::2], ncols=4, fontsize=7, handlelength=0.9, handletextpad=0.3,
+                            columnspacing=0.7, borderpad=0.0, loc="lower right", bbox_to_anchor=(1.0, 0.97))  # fmt: skip
             _widen(axes, quantity.least)
 
 
-def _draw_contacts(place: SubplotSpec, recording: Recording) -> None:
+def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
     """One panel a quantity, one colour a finger; the joint torques below."""
     force, deformation = recording["contact_force"], recording["deformation"]
     panels = (
@@ -209,16 +213,16 @@ def _draw_contacts(place: SubplotSpec, recording: Recording) -> None:
         (r"deformation $\delta\psi$ [deg]", _DEGREES * deformation[:, :, 3], 1.0),
     )
     upper, lower = _split(place, 2, 1, height_ratios=(3.35, 1.0), hspace=0.13)
-    _draw_fingers_legend(place.get_gridspec().figure, recording.labels["contact"], upper)
+    _draw_fingers_legend(figure, recording.labels["contact"], upper)
     for k, ((label, values, least), spot) in enumerate(
-        zip(panels, _split(upper, 3, 3, wspace=0.27, hspace=0.16), strict=True)
+        zip(panels, _split(upper, 3, 3, wspace=0.31, hspace=0.16), strict=True)
     ):
-        axes = _panel(spot, label, "" if k else "Contacts")
+        axes = _panel(figure, spot, label, "" if k else "Contacts")
         _plot_fingers(axes, recording.time, values, range(values.shape[1]))
         _widen(axes, least)
         if label.startswith("friction"):
             _mark_friction(axes, recording.time, values)
-    _draw_torques(lower, recording)
+    _draw_torques(figure, lower, recording)
 
 
 def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
@@ -233,13 +237,13 @@ def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
         _warn(axes, f"above 1: {reached}")
 
 
-def _draw_torques(place: SubplotSpec, recording: Recording) -> None:
+def _draw_torques(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
     """One panel for the first joint of each finger, one for the second, and so on."""
     torque, limited = recording["joint_torque"], recording["torque_limited"].astype(bool)
     hand = _joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
     ranks = max(map(len, hand))
-    for k, spot in enumerate(_split(place, 1, ranks, wspace=0.27 + 0.1 * (ranks > 3))):
-        axes = _panel(spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
+    for k, spot in enumerate(_split(place, 1, ranks, wspace=0.31 + 0.1 * (ranks > 3))):
+        axes = _panel(figure, spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
         fingers = [finger for finger, joints in enumerate(hand) if k < len(joints)]
         joints = [hand[finger][k] for finger in fingers]
         _plot_fingers(axes, recording.time, torque[:, joints], fingers)
@@ -262,7 +266,9 @@ def _joints_of_fingers(joints: Sequence[str], tips: Sequence[str]) -> list[list[
     """Joints of each finger: those named more like its tip than like any other, else equal shares in their order."""
     hand: list[list[int]] = [[] for _ in tips]
     for k, joint in enumerate(joints):
-        alike = [len(os.path.commonprefix([joint, tip])) for tip in tips]
+        alike = [
+            sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(joint, tip, strict=False))) for tip in tips
+        ]
         if alike.count(max(alike)) > 1:
             return [share.tolist() for share in np.array_split(np.arange(len(joints)), len(tips))]
         hand[alike.index(max(alike))].append(k)
@@ -288,6 +294,12 @@ def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -
     return _draw_title(figure, scenario.get("description") or "softhand run", stop)
 
 
+def _time_shown(recording: Recording, scenario: dict[str, Any]) -> float:
+    """Duration of the run [s], less if it stopped so early that its curves would be slivers."""
+    duration = float(scenario.get("duration", recording.stop_time))
+    return min(duration, 4.0 * recording.stop_time) or duration or 1.0
+
+
 def _mark_stop(figure: Figure, time: float) -> None:
     for axes in figure.axes:
         axes.axvline(time, color=_WARNING, lw=1.0, ls=DASHED)
@@ -296,15 +308,15 @@ def _mark_stop(figure: Figure, time: float) -> None:
 # --------------------------------------------------------------------------------------------------- comparison
 
 
-def _compare_column(place: SubplotSpec, k: int, pairs: Sequence[Compared], window: float) -> None:
+def _compare_column(figure: Figure, place: SubplotSpec, k: int, pairs: Sequence[Compared], window: float) -> None:
     """Components of one quantity, and below them its mean error."""
     first = _quantities(pairs[0].compensated)[k]
     *spots, last = _split(place, len(first.labels) + 1, 1, hspace=0.17)
     rows = [
-        _panel(spot, f"{label} [{first.unit}]", "" if row else first.title)
+        _panel(figure, spot, f"{label} [{first.unit}]", "" if row else first.title)
         for row, (label, spot) in enumerate(zip(first.labels, spots, strict=True))
     ]
-    below = _panel(last, f"mean error [{first.unit}]", bottom=True)
+    below = _panel(figure, last, f"mean error [{first.unit}]", bottom=True)
     below.set_yscale("log")
     below.set_title(f"mean over the last {window:g} s", loc="right", size=7.5, weight="normal", color="0.35", pad=2.0)
     for pair, colors in zip(pairs, TARGETS, strict=False):
@@ -380,12 +392,13 @@ def _split(place: SubplotSpec, rows: int, columns: int, **spacing: Any) -> list[
     return [grid[row, column] for row in range(rows) for column in range(columns)]
 
 
-def _panel(place: SubplotSpec, label: str, title: str = "", bottom: bool = False) -> Axes:
+def _panel(figure: Figure, place: SubplotSpec, label: str, title: str = "", bottom: bool = False) -> Axes:
     """Empty axes over time; only those at the bottom of a block say so."""
-    axes: Axes = place.get_gridspec().figure.add_subplot(place)
+    axes: Axes = figure.add_subplot(place)
     axes.set_ylabel(label)
     axes.set_title(title, loc="left")
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10], min_n_ticks=3))
+    axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
     axes.tick_params(labelbottom=bottom)
     if bottom:
         axes.set_xlabel("time [s]")
@@ -429,10 +442,12 @@ def _draw_title(figure: Figure, title: str, *warnings: str) -> float:
     return _from_top(figure, 0.82 + 0.14 * len(lines))
 
 
-def _draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: str) -> None:
-    side = 0.012 if loc.endswith("left") else 0.988
-    figure.legend(handles=handles, loc=loc, bbox_to_anchor=(side, height), ncols=len(handles), handlelength=2.4,
-                  columnspacing=1.4, borderpad=0.2, borderaxespad=0.0)  # fmt: skip
+def _draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: Any) -> None:
+    """One line of legend whose corner `loc` is at the side of the figure, at a height (0 to 1)."""
+    corner = (0.012 if loc.endswith("left") else 0.988, height)
+    legend = figure.legend(handles=handles, loc=loc, bbox_to_anchor=corner, ncols=len(handles), handlelength=2.4,
+                           columnspacing=1.4, borderpad=0.2, borderaxespad=0.0)  # fmt: skip
+    legend.set_zorder(_ON_TOP)
 
 
 def _finish(figure: Figure, end: float) -> None:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import re
-import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,15 +12,9 @@ import tomli_w
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
-from softhand.settings import Positive, Settings, Vector, Vector3, frozen, nearest, read_settings, show
+from softhand.scenario_file import find_scenario, overridden, read_toml, with_absolute_paths
+from softhand.settings import Positive, Settings, Vector, Vector3, frozen, read_settings, show
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-_PACKAGE = Path(__file__).parent
-_URDF_PREFIX = "package://softhand/urdf/"
 _MOST_STEPS = 1e9
 
 
@@ -158,7 +149,7 @@ class Scenario(Settings):
         Raises:
             ScenarioError: a key or value is wrong, or the sections no longer agree.
         """
-        return read_settings(Scenario, _overridden(self.model_dump(exclude_none=True), values), "")
+        return read_settings(Scenario, overridden(self.model_dump(exclude_none=True), values), "")
 
     def to_toml(self) -> str:
         """Return the scenario as the text of a TOML file; reading it gives an equal scenario."""
@@ -166,11 +157,6 @@ class Scenario(Settings):
             return tomli_w.dumps(self.model_dump(exclude_none=True))
         except TypeError as error:
             raise ScenarioError(f"The scenario cannot be written as TOML: {error}.", key="", value=self) from error
-
-
-def scenario_names() -> list[str]:
-    """Return the names of the scenarios that ship with softhand."""
-    return sorted(file.stem for file in (_PACKAGE / "scenarios").glob("*.toml"))
 
 
 def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
@@ -183,51 +169,13 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
     Raises:
         ScenarioError: no such scenario or file, no readable TOML, or keys and values that are wrong.
     """
-    file = _find(source)
-    table = _with_absolute_paths(_read_toml(file), file.parent)
+    file = find_scenario(source)
+    table = with_absolute_paths(read_toml(file), file.parent)
     try:
-        return read_settings(Scenario, _overridden(table, overrides or {}), "")
+        return read_settings(Scenario, overridden(table, overrides or {}), "")
     except ScenarioError as error:
         gap = "\n" if "\n" in str(error) else " "
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
-
-
-def parse_override(text: str) -> tuple[str, Any]:
-    """Split `key=value`, as given on a command line; a value that is no TOML value and starts none is text.
-
-    Raises:
-        ScenarioError: no `=`, nothing on one side of it, or a list, table or quoted text that does not end.
-    """
-    key, sign, value = (part.strip() for part in text.partition("="))
-    if not (key and sign and value):
-        raise ScenarioError(
-            f"{show(text)} must have the form key=value, such as object.mass=0.3.", key=key, value=value
-        )
-    try:
-        table = tomllib.loads(f"value = {value}")
-    except (ValueError, RecursionError) as error:
-        if value[0] not in "[{\"'":
-            return key, value
-        message = f"{key}: {show(value)} is no TOML value: {_reason(error)}."
-        raise ScenarioError(message, key=key, value=value) from error
-    return key, table["value"] if len(table) == 1 else value
-
-
-def resolve_path(urdf: str) -> Path:
-    """Return the file that a scenario names: a path, or `package://softhand/urdf/NAME` for one that ships.
-
-    Raises:
-        ScenarioError: no URDF of that name ships, or the package is another.
-    """
-    if not urdf.startswith("package:"):
-        return Path(_absolute(urdf, Path.cwd()))
-    # An installed wheel has the folder inside the package, a source checkout beside it.
-    folder = next((place for place in (_PACKAGE / "urdf", _PACKAGE.parent / "urdf") if place.is_dir()), _PACKAGE)
-    name = urdf.removeprefix(_URDF_PREFIX)
-    if name != urdf and (folder / name).is_file():
-        return folder / name
-    shipped = ", ".join(_URDF_PREFIX + file.name for file in sorted(folder.glob("*.urdf"))) or "none"
-    raise ScenarioError(f"No URDF ships as {show(urdf)}. Shipped: {shipped}.", key="urdf", value=urdf)
 
 
 def _check_count(key: str, values: tuple[Any, ...], count: int, why: str) -> None:
@@ -247,93 +195,3 @@ def _check_whole(key: str, value: float, ratio: float, rule: str, good: Callable
         )
         message = f"{key}: got {value:.12g} s, but it must {rule}; the nearest good value is {near:.12g}."
         raise ScenarioError(message, key=key, value=value, nearest=near)
-
-
-def _find(source: str | Path) -> Path:
-    names = scenario_names()
-    if source in names:
-        return _PACKAGE / "scenarios" / f"{source}.toml"
-    text = os.fspath(source)
-    is_path = isinstance(source, Path) or text.endswith(".toml") or os.path.basename(text) != text
-    if is_path or (text and os.path.exists(text)):
-        return Path(text)
-    near = nearest(text, names)
-    hint = f" Did you mean {near}?" if near else ""
-    message = (
-        f"No scenario is called {show(text)}.{hint} Shipped: {', '.join(names)}; or give the path of a .toml file."
-    )
-    raise ScenarioError(message, key="scenario", value=text)
-
-
-def _read_toml(file: Path) -> dict[str, Any]:
-    try:
-        text = file.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise _unreadable(file, f"is not UTF-8 text: byte 0x{error.object[error.start]:02x} in line {line}") from error
-    except FileNotFoundError as error:
-        raise _unreadable(file, f"does not exist. Shipped scenarios: {', '.join(scenario_names())}") from error
-    except (OSError, ValueError) as error:
-        why = "is a directory; a .toml file is needed" if os.path.isdir(file) else f"cannot be read: {error}"
-        raise _unreadable(file, why) from error
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise _unreadable(file, f"is not TOML{_where(error, text)}: {_reason(error)}") from error
-
-
-def _unreadable(file: Path, why: str) -> ScenarioError:
-    return ScenarioError(f"Scenario file {file} {why}.", key="scenario", value=str(file))
-
-
-def _where(error: Exception, text: str) -> str:
-    found = re.search(r"\(at line (\d+), column (\d+)\)$", str(error))
-    if found:
-        return f" (line {found[1]}, column {found[2]})"
-    if str(error).endswith("(at end of document)"):
-        return f" (line {text.count(chr(10)) + 1}, column {len(text) - text.rfind(chr(10))})"
-    return ""
-
-
-def _reason(error: Exception) -> str:
-    return "nested too deeply" if isinstance(error, RecursionError) else re.sub(r" \(at [^()]*\)$", "", str(error))
-
-
-def _absolute(urdf: Any, folder: Path) -> Any:
-    urdf = os.fspath(urdf) if isinstance(urdf, os.PathLike) else urdf
-    if not isinstance(urdf, str) or not urdf or urdf.startswith("package:"):
-        return urdf
-    return os.path.abspath(folder / os.path.expanduser(urdf))
-
-
-def _with_absolute_paths(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    changed = dict(table)
-    for name in ("hand", "object"):
-        section = table.get(name)
-        if isinstance(section, Mapping) and "urdf" in section:
-            changed[name] = {**section, "urdf": _absolute(section["urdf"], folder)}
-    return changed
-
-
-def _overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    changed: dict[str, Any] = frozen(table)
-    for key, value in overrides.items():
-        *parents, last = key.split(".")
-        if not all((*parents, last)):
-            raise ScenarioError(f"{show(key)} is no key; a key is like object.mass.", key=key, value=value)
-        place = changed
-        for depth, name in enumerate(parents, start=1):
-            place = place.setdefault(name, {})
-            if not isinstance(place, dict):
-                path = ".".join(parents[:depth])
-                raise ScenarioError(f"{path}: got {show(place)}, but {key} needs a table there.", key=path, value=place)
-        place[last] = frozen(_absolute_value(key, value))
-        if value is None:
-            del place[last]
-    return changed
-
-
-def _absolute_value(key: str, value: Any) -> Any:
-    if key in ("hand.urdf", "object.urdf"):
-        return _absolute(value, Path.cwd())
-    return _with_absolute_paths({key: value}, Path.cwd())[key]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hands import TASKS, Task, make_law, random_state, reference_task
+from hands import LAYOUTS, Task, make_law, make_named_task, random_state, reference_task
 
 from softhand.grasp import Grasp
 from softhand.laws.nakashima import Nakashima
@@ -52,18 +52,18 @@ def plant(reference: Task) -> Plant:
 
 @pytest.fixture(scope="session")
 def make_task(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Task]:
-    """Function from a name of `TASKS` to the task, each made once."""
+    """Function from a name of `LAYOUTS` to the task, each made once."""
     made: dict[str, Task] = {}
 
     def make(name: str) -> Task:
         if name not in made:
-            made[name] = TASKS[name](tmp_path_factory.mktemp("hand"))
+            made[name] = make_named_task(name, tmp_path_factory.mktemp("hand"))
         return made[name]
 
     return make
 
 
-@pytest.fixture(params=list(TASKS))
+@pytest.fixture(params=list(LAYOUTS))
 def task(request: pytest.FixtureRequest, make_task: Callable[[str], Task]) -> Task:
     """Each of the hands in turn."""
     return make_task(request.param)

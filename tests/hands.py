@@ -41,7 +41,7 @@ STEPPERS: dict[str, type[Stepper]] = {
 """Every stepper that ships."""
 
 LENGTHS = (0.076, 0.051, 0.052)  # [m]
-GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2]
+GRAVITY = (0.0, 0.0, -9.81)  # [m/s^2]
 MU = 0.5
 CONTACT_POINTS = ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0), (0.0, -0.018, -0.005))  # [m], object frame
 START_FORCE = (4.0, 4.0, 3.0)  # [N]
@@ -215,60 +215,63 @@ def reference_task(stiffness: float = 1.0) -> Task:
     return Task(world, fingertips, grasp, CONTACT_POINTS, START_FORCE)
 
 
-def _held(
-    folder: Path,
-    bases: Sequence[Sequence[float]],
-    contact_points: tuple[tuple[float, ...], ...],
-    internal_force: tuple[float, ...],
-    position: Sequence[float],
-    continuous: bool = False,
-) -> Task:
-    count = len(bases)
-    hand = write_hand(folder, bases, continuous=continuous)
-    world = load_world(hand, [f"finger_{k + 1}_tip" for k in range(count)], write_box(folder))
-    fingertips = make_fingertips(world, make_law(), contact_points)
-    guess = np.tile(FINGER_GUESS, count)
-    grasp = solve_grasp(world, fingertips, contact_points, internal_force, position, np.eye(3), guess)
-    return Task(world, fingertips, grasp, contact_points, internal_force)
+@dataclass(frozen=True)
+class Layout:
+    """A hand of fingers of the reference hand, and the grasp that it holds the box with."""
+
+    bases: Sequence[Sequence[float]]
+    contact_points: tuple[tuple[float, ...], ...]
+    internal_force: tuple[float, ...]
+    position: tuple[float, ...]
+    wrist: float | None = None
+    """Angle of the wrist [rad], None without one."""
+    continuous: bool = False
+
+    def load(
+        self,
+        folder: Path,
+        turn: ArrayLike | None = None,
+        shift: ArrayLike = (0.0, 0.0, 0.0),
+        gravity: Sequence[float] = GRAVITY,
+    ) -> World:
+        """Write the URDFs and read them, the hand turned and shifted as a whole."""
+        hand = write_hand(
+            folder, self.bases, wrist=self.wrist is not None, continuous=self.continuous, turn=turn, shift=shift
+        )
+        names = [f"finger_{k + 1}_tip" for k in range(len(self.bases))]
+        return load_world(hand, names, write_box(folder), gravity=gravity)
+
+    def task(self, folder: Path) -> Task:
+        """The hand at its start."""
+        world = self.load(folder)
+        fingertips = make_fingertips(world, make_law(), self.contact_points)
+        guess = [*([] if self.wrist is None else [self.wrist]), *np.tile(FINGER_GUESS, len(self.bases))]
+        grasp = solve_grasp(
+            world, fingertips, self.contact_points, self.internal_force, self.position, np.eye(3), guess
+        )
+        return Task(world, fingertips, grasp, self.contact_points, self.internal_force)
 
 
-def two_finger_task(folder: Path) -> Task:
-    """Two fingers that face each other; the centre of mass lies on the line between the contacts."""
-    points = ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0))
-    return _held(folder, ring(2, 0.055), points, (5.0,), (0.0, 0.0, 0.142))
-
-
-def four_finger_task(folder: Path) -> Task:
-    """Four fingers around the box, the contacts not in one plane, so that K has its full rank 6."""
-    points = ((0.028, 0.0, 0.004), (0.0, 0.018, -0.004), (-0.028, 0.0, 0.004), (0.0, -0.018, -0.004))
-    force = (0.4, 4.0, 0.5, 0.6, 5.0, 0.3)  # between fingers 3-4, 2-4, 2-3, 1-4, 1-3, 1-2
-    return _held(folder, ring(4, 0.045), points, force, (0.0, 0.0, 0.142))
-
-
-def continuous_task(folder: Path) -> Task:
-    """The reference hand with continuous abduction joints."""
-    return _held(folder, REFERENCE_BASES, CONTACT_POINTS, START_FORCE, START_POSITION, continuous=True)
-
-
-def wrist_task(folder: Path) -> Task:
-    """The reference hand on a wrist at zero, in the grasp of the reference hand."""
-    hand = write_hand(folder, REFERENCE_BASES, wrist=True)
-    world = load_world(hand, [f"finger_{k}_tip" for k in (1, 2, 3)], BOX_URDF)
-    reference = reference_task()
-    state = reference.grasp.state
-    q, v = np.concatenate([[0.0], state.q]), np.zeros(world.model.nv)
-    fingertips = make_fingertips(world, make_law(), CONTACT_POINTS)
-    grasp = replace(reference.grasp, state=State(q, v, state.z.copy()))
-    return Task(world, fingertips, grasp, CONTACT_POINTS, START_FORCE)
-
-
-TASKS: dict[str, Callable[[Path], Task]] = {
-    "reference": lambda folder: reference_task(),
-    "two fingers": two_finger_task,
-    "four fingers": four_finger_task,
-    "wrist": wrist_task,
-    "continuous": continuous_task,
+REFERENCE = Layout(REFERENCE_BASES, CONTACT_POINTS, START_FORCE, START_POSITION)
+LAYOUTS = {
+    "reference": REFERENCE,
+    # the centre of mass lies on the line between the contacts: two points carry no moment about it
+    "two fingers": Layout(ring(2, 0.055), ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0)), (5.0,), (0.0, 0.0, 0.142)),
+    # contacts not in one plane, so that K has its full rank 6
+    "four fingers": Layout(
+        ring(4, 0.045),
+        ((0.028, 0.0, 0.004), (0.0, 0.018, -0.004), (-0.028, 0.0, 0.004), (0.0, -0.018, -0.004)),
+        (0.4, 4.0, 0.5, 0.6, 5.0, 0.3),
+        (0.0, 0.0, 0.142),
+    ),
+    "wrist": replace(REFERENCE, wrist=0.05),
+    "continuous": replace(REFERENCE, continuous=True),
 }
+
+
+def make_named_task(name: str, folder: Path) -> Task:
+    """A task of `LAYOUTS`; the reference hand is the one that ships."""
+    return reference_task() if name == "reference" else LAYOUTS[name].task(folder)
 
 
 def random_state(task: Task, rng: np.random.Generator) -> State:

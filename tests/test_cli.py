@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from softhand import Recording
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
@@ -60,7 +61,16 @@ def test_list_names_everything_with_a_line(tmp_path):
     """`softhand list` shows scenarios, laws, controllers and steppers."""
     result = run("list", folder=tmp_path)
     assert result.returncode == 0
-    for name in ("target-a", "target-b", "nakashima", "regulation", "midpoint", "rk4", "semi-implicit-euler", "adaptive"):
+    for name in (
+        "target-a",
+        "target-b",
+        "nakashima",
+        "regulation",
+        "midpoint",
+        "rk4",
+        "semi-implicit-euler",
+        "adaptive",
+    ):
         assert name in result.stdout
 
 

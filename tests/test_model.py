@@ -135,7 +135,7 @@ def test_object_terms_are_the_rate_of_its_momentum(
         return np.concatenate([body.mass * velocity, turned @ body.inertia @ v[-3:]])
 
     rate = numerical_jacobian(momentum, 1)[:, 0]
-    force = rate[:3] - body.mass * GRAVITY
+    force = rate[:3] - body.mass * np.array(GRAVITY)
     moment = rate[3:] + np.cross(R @ body.lever, force)
     nle = snapshot_at(world, State(q, v, np.zeros((3, 3)))).nle[-6:]
     np.testing.assert_allclose(nle, np.concatenate([R.T @ force, R.T @ moment]), rtol=0.0, atol=3e-9)

@@ -1,6 +1,7 @@
 """Plugins: one table of names, open to other packages."""
 
 import pytest
+
 from softhand import Controller, Law, ScenarioError, Stepper, load_scenario, simulate
 from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_names
 
@@ -52,7 +53,8 @@ def test_another_package_adds_a_law_by_entry_point(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("target", "words"), [("gel_package:Missing", "cannot be imported"), ("gel_package:pi", "no subclass of softhand.Law")]
+    ("target", "words"),
+    [("gel_package:Missing", "cannot be imported"), ("gel_package:pi", "no subclass of softhand.Law")],
 )
 def test_a_broken_entry_point_is_named(tmp_path, monkeypatch, target, words):
     """An entry point that cannot be imported, or is no law, is an error with its name."""

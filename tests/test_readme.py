@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 import softhand
 
 ROOT = Path(__file__).parent.parent

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from softhand import Controller, ControllerError, ScenarioError, SimulationStopped, build, load_scenario, simulate
 
 SHORT = {"duration": 0.02}

@@ -21,7 +21,7 @@ def test_a_wheel_runs_from_another_folder(tmp_path):
     away.mkdir()
     program = (
         "import softhand\n"
-        "from softhand.scenario import resolve_path\n"
+        "from softhand.scenario_file import resolve_path\n"
         "print(softhand.__file__)\n"
         "print(resolve_path('package://softhand/urdf/box.urdf'))\n"
         "print(softhand.simulate(softhand.load_scenario('target-b', {'duration': 0.01})).complete)\n"
