@@ -51,6 +51,10 @@ _FRICTION_TOP = 3.0  # friction use above this is cut off
 _WIDTH = 9.0  # [in], 900 px in a README
 _DEGREES = 180.0 / np.pi
 _ROUNDING = 1e-9  # [s]
+_OBJECT_ARRAYS = tuple(
+    f"{name}{kind}" for name in ("object_position", "object_rpy", "internal_force") for kind in ("", "_desired")
+)
+_CONTACT_ARRAYS = ("contact_force", "deformation", "contact_angles", "friction_use", "joint_torque", "torque_limited")
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -107,17 +111,15 @@ def draw_run(recording: Recording) -> Figure:
     Raises:
         RecordingError: an array that the figure shows is not in the recording.
     """
+    _check(recording, *_OBJECT_ARRAYS, *_CONTACT_ARRAYS)
     with rc_context(_STYLE):
         figure = _new_figure(11.4)
         scenario = _scenario_of(recording)
         top = _draw_head(figure, recording, scenario)
-        grid = figure.add_gridspec(2, 1, height_ratios=(3.1, 6.6), left=0.075, right=0.985, top=top, bottom=0.04,
+        grid = figure.add_gridspec(2, 1, height_ratios=(3.1, 6.6), left=0.075, right=0.98, top=top, bottom=0.04,
                                    hspace=0.15)  # fmt: skip
-        try:
-            _draw_object(figure, grid[0], recording)
-            _draw_contacts(figure, grid[1], recording)
-        except KeyError as error:
-            raise RecordingError(f"The recording cannot be drawn: {error.args[0]}") from error
+        _draw_object(figure, grid[0], recording)
+        _draw_contacts(figure, grid[1], recording)
         _finish(figure, _time_shown(recording, scenario))
         if not recording.complete:
             _mark_stop(figure, recording.stop_time)
@@ -135,7 +137,13 @@ def draw_comparison(pairs: Sequence[Compared], title: str, window: float = 0.5) 
         pairs: the runs of each target, up to three, all with the same number of contacts.
         title: heading of the figure.
         window: time over which the last row is averaged [s].
+
+    Raises:
+        RecordingError: an array that the figure shows is not in a recording.
     """
+    for pair in pairs:
+        for run in pair[1:]:
+            _check(run, *_OBJECT_ARRAYS)
     with rc_context(_STYLE):
         figure = _new_figure(7.2)
         top = _draw_comparison_head(figure, pairs, title)
@@ -193,8 +201,9 @@ def _draw_object(figure: Figure, place: SubplotSpec, recording: Recording) -> No
                 )
                 _plot_desired(axes, recording.time, quantity.desired[:, member])
             if len(group) > 1:
-                axes.legend(handles=axes.lines[::2], ncols=4, fontsize=7, handlelength=0.9, handletextpad=0.3,
-                            columnspacing=0.7, borderpad=0.0, loc="lower right", bbox_to_anchor=(1.0, 0.97))  # fmt: skip
+                curves = axes.lines[::2]
+                axes.legend(handles=curves, ncols=4, fontsize=7, handlelength=0.9, handletextpad=0.3, columnspacing=0.7,
+                            borderpad=0.0, loc="lower right", bbox_to_anchor=(1.0, 0.97))  # fmt: skip
             _widen(axes, quantity.least)
 
 
@@ -371,6 +380,12 @@ def _quantities(recording: Recording) -> tuple[_Quantity, ...]:
         _Quantity(title, scale * recording[name], scale * recording[f"{name}_desired"], labels, unit, least)
         for title, name, scale, labels, unit, least in table
     )
+
+
+def _check(recording: Recording, *names: str) -> None:
+    missing = [name for name in names if name not in recording.variables]
+    if missing:
+        raise RecordingError(f"The recording cannot be drawn: it has no {', '.join(missing)}.")
 
 
 def _scenario_of(recording: Recording) -> dict[str, Any]:

@@ -48,9 +48,9 @@ COLUMNS = ("run", "position\n[mm]", "orientation\n[deg]", "force\n[N]", "frictio
 
 CAPTION = (
     "Final errors: length of the error vector (x, y, z; roll, pitch, yaw; all internal forces), averaged as a vector "
-    f"over the last {WINDOW:g} s. At the target: up to {NEAR['position']:g} mm and {NEAR['orientation']:g} deg. Swings: "
-    "rms distance from that average, where it is above the same figures. Friction use: largest |f_t| / (mu f_z) of the "
-    "run; above 1 a real tip would have slipped."
+    f"over the last {WINDOW:g} s. At the target: up to {NEAR['position']:g} mm and {NEAR['orientation']:g} deg. "
+    "Swings: rms distance from that average, where it is above the same figures. Friction use: largest "
+    "|f_t| / (mu f_z) of the run; above 1 a real tip would have slipped."
 )
 """What the numbers of `Reproduction.rows` mean."""
 

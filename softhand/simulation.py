@@ -28,7 +28,9 @@ _REPORT_EVERY = 20  # samples between two calls of the progress function
 
 HEALTHY, DIVERGED, FLAT, APEX, RIM = range(5)
 _FLAT_BELOW = 0.05  # R / r: a hemisphere cannot be pressed flatter
-_APEX_BELOW = 1e-3  # cos Phi
+_APEX_BELOW = 0.01  # cos Phi
+_APEX_JUMP = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
+_APEX_NEAR = math.radians(80.0)  # Phi that is told with any other reason
 _FASTEST = 1e3  # [m/s, rad/s] faster than any hand: the run has diverged
 
 
@@ -67,6 +69,7 @@ class Simulation:
         self.observation = self._sensor.observation
         n = plant.world.n_joints
         self._torque, self._limited, self._time = np.zeros(n), np.zeros(n, np.int8), np.zeros(())
+        self._Theta = np.full(plant.world.n_tips, np.nan)
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Simulate from the start to the end.
@@ -86,6 +89,7 @@ class Simulation:
         self._compile()
         self.state = self._start.copy()
         self._integration = self._stepper.start(self.plant)
+        self._Theta[:] = np.nan
         began = clock.perf_counter()
         try:
             memory: Any = None
@@ -99,10 +103,12 @@ class Simulation:
                 if k < self._periods:
                     self._step()
         except SimulationStopped as stop:
-            stop.recording = self._finish(recorder, began, str(stop))  # type: ignore[attr-defined]
+            message = f"{stop}{self._approach(recorder)}"
+            stop.args = (message,)
+            stop.recording = self._finish(recorder, began, message)  # type: ignore[attr-defined]
             raise
         except KeyboardInterrupt as interrupt:
-            time = float(self._time)
+            time = float(recorder["time"][-1]) if len(recorder) else 0.0
             message = f"interrupted at t = {time:g} s"
             raise SimulationStopped(
                 message, recording=self._finish(recorder, began, message), reason="interrupted", time=time
@@ -117,10 +123,10 @@ class Simulation:
 
     def _sample(self, k: int, memory: Any) -> Any:
         """Observation and torque of control period k."""
-        time = k * self._period
+        time = round(k * self._period, 12)
         self._reference.update(time)
         observation = self._sensor.observe(self.state, time)
-        fault, finger = _find_fault(self.state.v, self.plant.pads, self.plant.contacts)
+        fault, finger = _find_fault(self.state.v, self.plant.pads, self.plant.contacts, self._Theta)
         if fault == DIVERGED:
             raise self._diverged("a velocity is beyond reason or not a number")
         if fault != HEALTHY:
@@ -196,6 +202,15 @@ class Simulation:
             time=time,
             finger=name,
         )
+
+    def _approach(self, recorder: Recorder) -> str:
+        """Which tips came near the apex before, where the paper's law turns stiff without bound."""
+        if not len(recorder):
+            return ""
+        largest = recorder["contacts"]["angles"][:, :, 1].max(axis=0)
+        tips = zip(self.plant.world.tips, largest, strict=True)
+        near = [f"{tip.name} {math.degrees(Phi):.1f} deg" for tip, Phi in tips if Phi > _APEX_NEAR]
+        return f" Largest Phi before, with the apex at 90 deg: {', '.join(near)}." if near else ""
 
     def _live(self) -> dict[str, NDArray[Any]]:
         seen, desired = self.observation, self._reference.desired
@@ -277,8 +292,8 @@ def _limit(command, effort_limit, torque, limited):
 
 
 @compiled
-def _find_fault(v, pads, contacts):
-    """What ends the run, and at which finger."""
+def _find_fault(v, pads, contacts, Theta):
+    """What ends the run, and at which finger; Theta of the previous sample is brought up to date."""
     for k in range(v.shape[0]):
         if not abs(v[k]) < _FASTEST:
             return DIVERGED, 0
@@ -287,7 +302,9 @@ def _find_fault(v, pads, contacts):
         phi = contact.angles[1] + contact.deformation[2]
         if contact.distance < _FLAT_BELOW * pads[i].radius:
             return FLAT, i
-        if contact.cos_Phi < _APEX_BELOW:
+        turn = abs(contact.angles[0] - Theta[i])
+        Theta[i] = contact.angles[0]
+        if contact.cos_Phi < _APEX_BELOW or min(turn, 2.0 * math.pi - turn) > _APEX_JUMP:
             return APEX, i
         if not 0.0 < phi < math.pi:
             return RIM, i

@@ -42,6 +42,7 @@ STEPPERS: dict[str, type[Stepper]] = {
 
 LENGTHS = (0.076, 0.051, 0.052)  # [m]
 GRAVITY = (0.0, 0.0, -9.81)  # [m/s^2]
+BOX_INERTIA = (81.93e-6, 112.78e-6, 74.70e-6)  # [kg m^2]
 MU = 0.5
 CONTACT_POINTS = ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0), (0.0, -0.018, -0.005))  # [m], object frame
 START_FORCE = (4.0, 4.0, 3.0)  # [N]
@@ -58,7 +59,7 @@ def ring(count: int, radius: float) -> list[tuple[float, float, float]]:
     return [(radius * math.cos(angle), radius * math.sin(angle), angle + math.pi / 2) for angle in angles]
 
 
-# ---------------------------------------------------------------------------------------------------------- URDF files
+# ----------------------------------------------------------------------------------------------------------- URDF files
 
 
 def _numbers(values: ArrayLike) -> str:
@@ -149,9 +150,15 @@ def write_box(
     mass: float = 0.2,
     centre_of_mass: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Path:
-    """A URDF of a homogeneous box [m, kg] about the object frame; its centre of mass may be moved [m]."""
-    x, y, z = (side**2 for side in size)
-    inertia = [mass / 12.0 * pair for pair in (y + z, x + z, x + y)]
+    """A URDF of a box [m, kg]; the principal inertias are those of the reference box, scaled with the mass.
+
+    Args:
+        folder: where `box.urdf` is written.
+        size: along x, y and z [m].
+        mass: [kg].
+        centre_of_mass: in the object frame [m], whose origin is the middle of the box.
+    """
+    inertia = [mass / 0.2 * principal for principal in BOX_INERTIA]
     file = Path(folder) / "box.urdf"
     file.write_text(
         f"""<?xml version="1.0"?>
@@ -169,7 +176,7 @@ def write_box(
     return file
 
 
-# --------------------------------------------------------------------------------------------------- hand with a grasp
+# ---------------------------------------------------------------------------------------------------- hand with a grasp
 
 
 @dataclass(frozen=True)
@@ -297,7 +304,7 @@ def start_acceleration(task: Task) -> Array:
     return plant.acceleration(torque, np.zeros(task.world.model.nv))
 
 
-# ---------------------------------------------------------------------------------------------------------------- runs
+# ----------------------------------------------------------------------------------------------------------------- runs
 
 
 def resting_reference(task: Task) -> Reference:

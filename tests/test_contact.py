@@ -214,7 +214,9 @@ def test_deformation_jacobian_is_the_motion_of_the_deformed_point(moving: Plant)
         distance, angles = contact["distance"], contact["angles"]
         frame = polar_frame(*angles)
 
-        def move_contact(move: Array, distance: float = distance, angles: Array = angles, frame: Array = frame) -> Array:
+        def move_contact(
+            move: Array, distance: float = distance, angles: Array = angles, frame: Array = frame
+        ) -> Array:
             moved = polar_frame(angles[0] + move[1], angles[1] + move[2])
             spin = pin.log3(moved @ pin.exp3(np.array([0.0, 0.0, move[3]])) @ frame.T)
             return np.concatenate([polar_point(distance + move[0], angles[0] + move[1], angles[1] + move[2]), spin])
@@ -314,7 +316,11 @@ def test_stiffness_is_the_derivative_of_the_force(task: Task, moving: Plant) -> 
         size = np.array([1e-7, 1e-7, 1e-7, 1e-5])  # m, m, m, rad
 
         def force(
-            move: Array, law: Law = fingertip.law, contact: np.void = contact, inverse: Array = inverse, size: Array = size
+            move: Array,
+            law: Law = fingertip.law,
+            contact: np.void = contact,
+            inverse: Array = inverse,
+            size: Array = size,
         ) -> Array:
             return force_at(law, contact, contact["deformation"] + inverse @ (size * move))
 
@@ -404,9 +410,7 @@ def test_relative_velocity_in_the_paper_coordinates(task: Task, state: State, se
     plant = task.plant()
     plant.update(state.q, state.v, state.z)
     for contact, value in zip(plant.contacts, velocity, strict=True):
-        np.testing.assert_allclose(
-            contact_J_delta(contact) @ contact["deformation_rate"], value, rtol=0.0, atol=1e-12
-        )
+        np.testing.assert_allclose(contact_J_delta(contact) @ contact["deformation_rate"], value, rtol=0.0, atol=1e-12)
 
 
 def test_twist_and_T_O_follow_the_coordinates(task: Task, state: State, seen: Observation) -> None:
@@ -498,7 +502,7 @@ def test_friction_use_is_the_share_of_the_cone(task: Task, seen: Observation) ->
         assert use == pytest.approx(expected)
 
 
-# --------------------------------------------------------------------------------------- rates of the paper's coordinates
+# ------------------------------------------------------------------------------------- rates of the paper's coordinates
 
 
 def coordinates_along(task: Task, state: State, rates: Array) -> Callable[[Array], Array]:
@@ -570,7 +574,7 @@ def test_printed_sign_of_eq_39_fails_in_slip(task: Task, state: State, rng: np.r
         assert miss == pytest.approx(2.0 * np.linalg.norm(slip), rel=1e-3)
 
 
-# ---------------------------------------------------------------------------------------------------------------- tables
+# --------------------------------------------------------------------------------------------------------------- tables
 
 
 def test_pads_hold_tip_and_face(reference: Task, plant: Plant) -> None:

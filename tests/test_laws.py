@@ -125,7 +125,7 @@ def test_law_is_given_the_undeformed_angle(tip: Nakashima) -> None:
     np.testing.assert_array_equal(tip(deformation, 0.9), expected)
 
 
-# ------------------------------------------------------------------------------------------------------- derivatives
+# ---------------------------------------------------------------------------------------------------------- derivatives
 
 
 def test_stiffness_is_the_derivative_of_the_force(tip: Nakashima) -> None:
@@ -175,7 +175,7 @@ def test_missing_stiffness_is_taken_by_differences(tip: Nakashima) -> None:
         np.testing.assert_allclose(differences, expected, rtol=1e-6, atol=0.0)
 
 
-# --------------------------------------------------------------------------------------------------------- compiling
+# ------------------------------------------------------------------------------------------------------------ compiling
 
 
 @pytest.mark.parametrize(("name", "count"), [("force", 4), ("stiffness", 16)])

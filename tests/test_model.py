@@ -11,6 +11,7 @@ import pinocchio as pin
 import pytest
 import yourdfpy
 from hands import (
+    BOX_INERTIA,
     BOX_URDF,
     CONTACT_POINTS,
     GRAVITY,
@@ -86,7 +87,7 @@ def snapshot_at(world: World, state: State) -> Snapshot:
     return snapshot
 
 
-# ------------------------------------------------------------------------------------------------------ rigid dynamics
+# ------------------------------------------------------------------------------------------------------- rigid dynamics
 
 
 def test_mass_matrix_is_that_of_the_kinetic_energy(task: Task, state: State) -> None:
@@ -211,7 +212,7 @@ def test_jacobian_columns_of_the_object(task: Task, state: State) -> None:
     np.testing.assert_allclose(J[3:], expected[3:], rtol=0.0, atol=1e-9)
 
 
-# ------------------------------------------------------------------------------------------------------------ envelope
+# ------------------------------------------------------------------------------------------------------------- envelope
 
 
 def test_mass_matrix_is_zero_outside_the_envelope(task: Task, state: State) -> None:
@@ -245,7 +246,7 @@ def test_wrist_couples_the_fingers(make_task: Callable[[str], Task], rng: np.ran
     assert np.all(np.abs(M[0, 1:10]) > 1e-9)
 
 
-# ---------------------------------------------------------------------------------------------------------------- URDF
+# ----------------------------------------------------------------------------------------------------------------- URDF
 
 
 @pytest.mark.parametrize("mass", [0.05, 0.2, 1.7])
@@ -254,7 +255,7 @@ def test_object_mass_scales_the_inertia(mass: float) -> None:
     world = load_world(HAND_URDF, TIP_NAMES, BOX_URDF, object_mass=mass)
     body = world.model.inertias[world.object_joint]
     assert world.object_mass == body.mass == mass
-    np.testing.assert_allclose(body.inertia, mass / 0.2 * np.diag([81.93e-6, 112.78e-6, 74.70e-6]), rtol=1e-12)
+    np.testing.assert_allclose(body.inertia, mass / 0.2 * np.diag(BOX_INERTIA), rtol=1e-12)
 
 
 def test_hand_is_that_of_table_1(world: World) -> None:
@@ -277,7 +278,7 @@ def test_box_is_that_of_table_1(world: World) -> None:
     """Mass, inertia and faces of the box are those of the paper's table."""
     body = world.model.inertias[world.object_joint]
     assert body.mass == pytest.approx(0.200, rel=1e-12)
-    np.testing.assert_allclose(body.inertia, np.diag([81.93e-6, 112.78e-6, 74.70e-6]), rtol=0.0, atol=1e-18)
+    np.testing.assert_allclose(body.inertia, np.diag(BOX_INERTIA), rtol=0.0, atol=1e-18)
     offsets = {tuple(np.round(face.normal).astype(int)): face.offset for face in world.faces}
     half = np.array([0.028, 0.018, 0.030])
     axes = [tuple(sign * axis) for axis in np.eye(3, dtype=int) for sign in (1, -1)]
@@ -288,13 +289,14 @@ def test_fingers_point_up_and_bend_inward(world: World) -> None:
     """At zero the fingers point straight up from their bases; positive flexion bends them inward."""
     inward = {"finger_1_tip": (-1, 0, 0), "finger_2_tip": (1, 0, 0), "finger_3_tip": (0, 1, 0)}
     bases = np.array([[0.055, 0.040, 0.0], [-0.055, 0.040, 0.0], [0.0, -0.020, 0.0]])
+    height = np.array([0.0, 0.0, sum(LENGTHS)])
     bodies, q = Bodies(world), pin.neutral(world.model)
     straight = bodies.poses(q)
     q[2:9:3] = 0.1
     bent = bodies.poses(q)
     for tip, base in zip(world.tips, bases, strict=True):
         R, p = straight[tip.joint]
-        np.testing.assert_allclose(p + R @ tip.position, base + [0.0, 0.0, sum(LENGTHS)], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(p + R @ tip.position, base + height, rtol=0.0, atol=1e-12)
         R, p = bent[tip.joint]
         moved = p + R @ tip.position - base
         assert moved @ inward[tip.name] == pytest.approx(0.052 * math.sin(0.1), rel=1e-9)

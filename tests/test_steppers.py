@@ -159,6 +159,8 @@ def test_torque_is_held_over_smaller_steps() -> None:
     The reference holds its torque for 1 ms: a torque that moved with the steps would not converge to it.
     """
     expected = read_reference("minimum-jerk", True)
-    coarse, fine = (deviations(run_reference("midpoint", "minimum-jerk", True, step), expected) for step in (1e-3, 2.5e-4))
+    coarse, fine = (
+        deviations(run_reference("midpoint", "minimum-jerk", True, step), expected) for step in (1e-3, 2.5e-4)
+    )
     for group in ("position [m]", "orientation [rad]", "torque [N m]"):
         assert fine[group] < 0.1 * coarse[group]

@@ -15,8 +15,9 @@ from softhand.settings import Gain
 
 
 class Regulation(Controller):
-    """[Nakashima] Eq. (59):
+    """The paper's controller: a spring for the pose, feedback of the internal force, torsion compensated.
 
+        [Nakashima] Eq. (59):
         tau = J_CF^fT { (J_O^fT)^+ [N_O - K_O (q_O - q_Od) - J_O^tauT tau_C] + K [f_N - K_N (f_N - f_Nd)] }
               - K_v q_F' + N_F + J_CF^tauT tau_C
 

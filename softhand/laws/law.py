@@ -135,8 +135,7 @@ _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
 
 
 def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: int) -> Any:
-    register_jitable(formula)
-    source = _fingerprint(formula)
+    source = _make_compilable(formula)
 
     def entry(arguments, results):
         source  # noqa: B018  a change of the formula changes this closure, and with it the key on disk
@@ -150,8 +149,7 @@ def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: i
 
 def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
     """Stiffness by central differences of the force; phi moves with dphi."""
-    register_jitable(formula)
-    source = _fingerprint(formula)
+    source = _make_compilable(formula)
 
     def entry(arguments, results):
         source  # noqa: B018
@@ -176,6 +174,22 @@ def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
         return cfunc(_SIGNATURE, cache=True, error_model="numpy")(entry)
 
 
-def _fingerprint(formula: Callable[..., Any]) -> str:
-    code = formula.__code__
-    return repr((code.co_code, code.co_consts, code.co_names))
+def _make_compilable(formula: Callable[..., Any]) -> str:
+    """Let numba compile a formula and the plain functions that it calls; a text that changes when any of them does.
+
+    The text has the bytecode and the values of the constants of the module, which numba freezes into the code.
+    """
+    found: dict[int, str] = {}
+    waiting = [formula]
+    while waiting:
+        function = waiting.pop()
+        if id(function) in found:
+            continue
+        register_jitable(function)
+        code = function.__code__
+        names = inspect.getclosurevars(function)
+        values = {**names.globals, **names.nonlocals}
+        waiting += [value for value in values.values() if inspect.isfunction(value)]
+        constants = sorted((name, repr(value)) for name, value in values.items() if not callable(value))
+        found[id(function)] = repr((code.co_code, code.co_consts, code.co_names, constants))
+    return "\n".join(found.values())

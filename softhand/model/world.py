@@ -140,6 +140,13 @@ def load_world(
                 "a hand is made of revolute, continuous and prismatic joints.",
                 file=str(hand_urdf),
             )
+        if not hand.upperEffortLimit[joint.idx_v] > 0.0:
+            raise ModelError(
+                f"{hand_urdf}: joint '{hand.names[joint.id]}' has the effort limit "
+                f"{hand.upperEffortLimit[joint.idx_v]:g} N m, so that no torque can act on it; "
+                'write the largest torque into <limit effort="...">.',
+                file=str(hand_urdf),
+            )
     faces = read_faces(object_urdf, body)
     names = tuple(hand.names)[1:]
     tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
