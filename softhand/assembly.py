@@ -112,7 +112,11 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
 def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Stepper) -> Scenario:
     """The scenario with the defaults of its plugins written out, so that the run can be repeated from it."""
     tables: dict[str, Any] = {
-        "fingertip": {"law": _name("laws", scenario.fingertip.law, law), "friction": scenario.fingertip.friction, **_dump(law)},
+        "fingertip": {
+            "law": _name("laws", scenario.fingertip.law, law),
+            "friction": scenario.fingertip.friction,
+            **_dump(law),
+        },
         "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
         "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
     }

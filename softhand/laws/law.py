@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import carray, cfunc, float64, types
+from numba import carray, cfunc, float64, njit, types
 from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
@@ -96,9 +96,8 @@ def compile_law(law: Law) -> CompiledLaw:
         else:
             stiffness = _compile_formula(law.stiffness, n_arguments, 16)
     except NumbaError as error:
-        reason = str(error).strip().splitlines()[-1]
         raise LawError(
-            f"law '{name}': its formula cannot be compiled: {reason} "
+            f"law '{name}': its formula cannot be compiled: {_reason(law, n_arguments) or error}. "
             "Write it with plain numbers, `if` and the functions of `math`.",
             law=name,
         ) from error
@@ -129,6 +128,18 @@ def _check_formula(law: Law, n_arguments: int) -> None:
                 f"at dr = 0.1 mm, the angles 1 mrad, phi = 1 rad.",
                 law=name,
             )
+
+
+def _reason(law: Law, n_arguments: int) -> str:
+    """What numba says of the first formula that it refuses, in one line."""
+    for formula in filter(None, (law.force, law.stiffness)):
+        try:
+            njit(formula).compile((float64,) * n_arguments)
+        except NumbaError as error:
+            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+            place = next((line.removesuffix(":") for line in lines if line.startswith("File ")), "")
+            return f"{lines[min(1, len(lines) - 1)]} ({place})"
+    return ""
 
 
 _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
