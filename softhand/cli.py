@@ -18,6 +18,7 @@ from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 
 if TYPE_CHECKING:
     from softhand.recording import Recording
+    from softhand.reproduce import Reproduction
     from softhand.scenario import Scenario
     from softhand.simulation import Progress
 
@@ -150,7 +151,8 @@ def reproduce(out: Out = None, quiet: Quiet = False) -> None:
     for name, figure in draw(result).items():
         save_figure(figure, folder / f"{name}.png")
     if not quiet:
-        print(result, folder)
+        _print_reproduction(result)
+        _console().print(f"wrote {folder}/minimum-jerk.png, step.png", highlight=False)
 
 
 def main() -> None:
@@ -212,6 +214,20 @@ def _print_summary(recording: Recording, folder: Path, files: list[str]) -> None
     for warning in summary.warnings():
         _console().print(f"[yellow]note:[/] {_escape(warning)}", highlight=False)
     _console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
+
+
+def _print_reproduction(result: Reproduction) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from softhand.reproduce import CAPTION, COLUMNS
+
+    table = Table(box=box.SIMPLE_HEAD, caption=CAPTION, caption_justify="left", caption_style="dim")
+    for name in COLUMNS:
+        table.add_column(_escape(name), no_wrap=name != COLUMNS[-1])
+    for row in result.rows():
+        table.add_row(*map(_escape, row), style="" if any(row[1:]) else "bold")
+    _console().print(table)
 
 
 def _print_table(title: str, rows: list[tuple[str, str]]) -> None:

@@ -7,11 +7,9 @@ reads back bit for bit.
 from __future__ import annotations
 
 import csv
-import errno
 import io
 import os
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import product
@@ -23,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softhand.errors import RecordingError
+from softhand.whole_file import write_whole
 
 Array = npt.NDArray[Any]
 Attribute = float | int | str
@@ -95,12 +94,6 @@ VARIABLES: dict[str, Variable] = {
 
 _TITLE = "softhand: recording of a run"
 _RESERVED = ("title", "softhand_version", "scenario", "complete", "reason", "stop_time")
-_OTHER_DISK = "free some space or choose a path on another disk"
-_OTHER_FOLDER = "choose a folder that exists and that you may write to"
-_REMEDIES = {
-    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), _OTHER_DISK),
-    **dict.fromkeys((errno.ENOENT, errno.ENOTDIR, errno.EACCES, errno.EPERM, errno.EROFS), _OTHER_FOLDER),
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,7 +159,7 @@ class Recording:
         Raises:
             RecordingError: the file cannot be written.
         """
-        _write_whole(Path(path), lambda: _to_netcdf(self))
+        write_whole(Path(path), lambda: _to_netcdf(self))
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one row a sample, with columns such as `object_position_x_m`, whole or not at all.
@@ -179,7 +172,7 @@ class Recording:
         Raises:
             RecordingError: the file cannot be written.
         """
-        _write_whole(Path(path), lambda: _to_csv(self))
+        write_whole(Path(path), lambda: _to_csv(self))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Recording:
@@ -248,24 +241,6 @@ def _checked_attributes(attributes: Mapping[str, Any]) -> dict[str, Attribute]:
         if not isinstance(value, (float, int, str)):
             raise RecordingError(f"attribute {name!r} is a {type(value).__name__}; allowed are float, int and str")
     return {name: int(value) if isinstance(value, bool) else value for name, value in plain.items()}
-
-
-def _write_whole(path: Path, encode: Callable[[], bytes]) -> None:
-    """Write what `encode` returns so that PATH is either the whole new content or untouched."""
-    partial = Path(f"{path}.partial")
-    try:
-        if path.exists() and not path.is_file():  # a device or a pipe would be replaced by a file
-            raise IsADirectoryError(errno.EISDIR, "it is a folder or a device")
-        partial.write_bytes(encode())
-        os.replace(partial, path)
-    except BaseException as error:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
-        if not isinstance(error, Exception):
-            raise
-        why = getattr(error, "strerror", None) or error
-        remedy = _REMEDIES.get(getattr(error, "errno", None) or 0, "choose another path")
-        raise RecordingError(f"{path}: cannot be written: {why}; {remedy}", file=path) from error
 
 
 def _to_netcdf(recording: Recording) -> bytes:

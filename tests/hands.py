@@ -233,6 +233,8 @@ class Layout:
     wrist: float | None = None
     """Angle of the wrist [rad], None without one."""
     continuous: bool = False
+    centre_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Of the box, in its frame [m]."""
 
     def load(
         self,
@@ -246,7 +248,8 @@ class Layout:
             folder, self.bases, wrist=self.wrist is not None, continuous=self.continuous, turn=turn, shift=shift
         )
         names = [f"finger_{k + 1}_tip" for k in range(len(self.bases))]
-        return load_world(hand, names, write_box(folder), gravity=gravity)
+        box = write_box(folder, centre_of_mass=self.centre_of_mass)
+        return load_world(hand, names, box, gravity=gravity)
 
     def task(self, folder: Path) -> Task:
         """The hand at its start."""
@@ -273,6 +276,7 @@ LAYOUTS = {
     ),
     "wrist": replace(REFERENCE, wrist=0.05),
     "continuous": replace(REFERENCE, continuous=True),
+    "off-centre": replace(REFERENCE, centre_of_mass=(0.003, 0.002, -0.005)),
 }
 
 

@@ -1,0 +1,21 @@
+"""Figures of recordings: one run in all its quantities, and runs against each other as in the paper's Fig. 16.
+
+Drawn on `matplotlib.figure.Figure` without pyplot: no display, no window, no state left behind.
+"""
+
+from softhand.plots.comparison import Compared, draw_comparison
+from softhand.plots.run import draw_run
+from softhand.plots.style import DASH_DOTTED, DASHED, FINGERS, FORMATS, SOLID, TARGETS, save_figure
+
+__all__ = [
+    "DASHED",
+    "DASH_DOTTED",
+    "FINGERS",
+    "FORMATS",
+    "SOLID",
+    "TARGETS",
+    "Compared",
+    "draw_comparison",
+    "draw_run",
+    "save_figure",
+]

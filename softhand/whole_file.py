@@ -1,0 +1,36 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from softhand.errors import RecordingError
+
+_OTHER_DISK = "free some space or choose a path on another disk"
+_OTHER_FOLDER = "choose a folder that exists and that you may write to"
+_REMEDIES = {
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), _OTHER_DISK),
+    **dict.fromkeys((errno.ENOENT, errno.ENOTDIR, errno.EACCES, errno.EPERM, errno.EROFS), _OTHER_FOLDER),
+}
+
+
+def write_whole(path: Path, encode: Callable[[], bytes]) -> None:
+    """Write what `encode` returns so that PATH is either the whole new content or untouched."""
+    partial = Path(f"{path}.partial")
+    try:
+        if path.exists() and not path.is_file():  # a device or a pipe would be replaced by a file
+            raise IsADirectoryError(errno.EISDIR, "it is a folder or a device")
+        partial.write_bytes(encode())
+        os.replace(partial, path)
+    except BaseException as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        if not isinstance(error, Exception):
+            raise
+        why = getattr(error, "strerror", None) or error
+        remedy = _REMEDIES.get(getattr(error, "errno", None) or 0, "choose another path")
+        raise RecordingError(f"{path}: cannot be written: {why}; {remedy}", file=path) from error
