@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
 
 from softhand.contact.kinematics import deformation_jacobian
 from softhand.errors import GraspError
@@ -18,11 +17,13 @@ from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
 from softhand.model.world import World
 from softhand.plant import Fingertip, State
+from softhand.roots import find_root
 from softhand.sensing import contact_pairs
 
 Array = NDArray[np.float64]
 
 ON_FACE = 1e-6  # [m] a contact point may lie so far from its face
+_ANSWERED = 1e-9  # of the force
 RIM = math.radians(1.0)
 APEX = math.radians(89.0)
 """Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular."""
@@ -219,30 +220,26 @@ def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
 def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
     """The deformation that the law answers with a contact force, J_delta^-T dF = wanted."""
     J_delta = np.zeros((4, 4))
-    scale = np.array([law.radius, 1.0, 1.0, 1.0])
+    lengths = np.array([law.radius, 1.0, 1.0, 1.0])
+    size = np.array([1.0, law.radius, law.radius, law.radius]) * np.linalg.norm(wanted)
 
     def excess(scaled: Array) -> Array:
-        deformation = scaled * scale
+        deformation = scaled * lengths
         deformation_jacobian(law.radius - deformation[0], math.sin(Phi), math.cos(Phi), J_delta)
-        return law(deformation, Phi) - J_delta.T @ wanted
+        return (law(deformation, Phi) - J_delta.T @ wanted) / size
 
-    size = np.array([1.0, law.radius, law.radius, law.radius]) * np.linalg.norm(wanted)
-    lower, upper = np.array([0.0, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
-    solution = least_squares(
-        lambda scaled: excess(scaled) / size,
-        [0.1, 0.0, 0.0, 0.0],
-        bounds=(lower, upper),
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
-    )
-    if not np.linalg.norm(solution.fun) < 1e-9:
+    def slope(scaled: Array) -> Array:
+        return np.column_stack([(excess(scaled + h) - excess(scaled - h)) / 2e-6 for h in 1e-6 * np.eye(4)])
+
+    lower, upper = np.array([1e-6, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
+    scaled, left = find_root(excess, slope, [np.array([0.1, 0.0, 0.0, 0.0])], lower, upper, _ANSWERED)
+    if left > _ANSWERED:
         raise GraspError(
             f"{name}: no deformation of the tip answers with the force {np.round(wanted[:3], 3).tolist()} N "
-            f"(best is off by {np.linalg.norm(solution.fun):.1e} of it). Lower grasp.internal_force or stiffen it.",
+            f"(the best is off by {left:.1e} of it). Lower grasp.internal_force or stiffen it.",
             finger=name, quantity="force", value=wanted,
         )  # fmt: skip
-    return solution.x * scale
+    return scaled * lengths
 
 
 def _check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from softhand.model.world import World
+from softhand.roots import find_root
 
 Array = NDArray[np.float64]
 
 REACHED = 1e-9  # [m]
 _STARTS = 12
-_TOLERANCES = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
 
 
 class Arm:
@@ -80,24 +78,12 @@ class Arm:
             miss(values)
             return self.point_jacobian(index, self.tip(index)[0])[:, columns]
 
-        best: Any = None
-        others = np.random.default_rng(0).uniform(
-            np.maximum(lower, -math.pi), np.minimum(upper, math.pi), (_STARTS, len(columns))
-        )
-        for start in (angles[columns], *others):
-            inside = np.clip(start, lower + 1e-9, upper - 1e-9)
-            found = least_squares(miss, inside, slope, bounds=(lower, upper), **_TOLERANCES)
-            if best is None or found.cost < best.cost:
-                best = found
-            if math.sqrt(2.0 * best.cost) < REACHED:
-                break
-        values = best.x.copy()
-        for _ in range(3):  # to the last digit, which the trust region leaves
-            values -= np.linalg.lstsq(slope(values), miss(values), rcond=1e-10)[0]
-        if np.linalg.norm(miss(values)) > REACHED or np.any(values < lower) or np.any(values > upper):
-            return max(math.sqrt(2.0 * best.cost), 2.0 * REACHED)
-        angles[columns] = values
-        return float(np.linalg.norm(miss(values)))
+        within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
+        others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
+        values, gap = find_root(miss, slope, [angles[columns], *others], lower, upper, REACHED)
+        if gap <= REACHED:
+            angles[columns] = values
+        return gap
 
     def _own_columns(self, index: int) -> list[int]:
         tips = self.world.tips

@@ -1,0 +1,77 @@
+"""Roots of a few smooth equations within bounds: Newton, and from other starts a trust region if that fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 40
+_LONGEST = 0.5  # longest Newton step
+
+
+def find_root(
+    excess: Callable[[Array], Array],
+    slope: Callable[[Array], Array],
+    starts: Iterable[Array],
+    lower: Array,
+    upper: Array,
+    tolerance: float,
+) -> tuple[Array, float]:
+    """A point within bounds at which `excess` vanishes; the shortest way from the start where there are many.
+
+    Args:
+        excess: function of a point, shape (m,).
+        slope: its derivatives, shape (m, n).
+        starts: points to begin from, tried in order.
+        lower: shape (n,), may be infinite.
+        upper: shape (n,), may be infinite.
+        tolerance: length of the excess that counts as zero.
+
+    Returns:
+        The best point found, and the length of the excess there: above `tolerance` there is no root in reach.
+    """
+    starts = list(starts)
+    point = _newton(excess, slope, starts[0])
+    if _is_inside(point, lower, upper) and np.linalg.norm(excess(point)) <= tolerance:
+        return point, float(np.linalg.norm(excess(point)))
+    # Imported here, since it takes a third of the start-up time and is seldom needed.
+    from scipy.optimize import least_squares
+
+    best, least = starts[0], math.inf
+    for start in starts:
+        inside = np.clip(start, lower + 1e-9, upper - 1e-9)
+        found = least_squares(excess, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        polished = _newton(excess, slope, found)  # to the last digit, which the trust region leaves
+        for point in (found, polished):
+            left = float(np.linalg.norm(excess(point)))
+            if _is_inside(point, lower, upper) and left < least:
+                best, least = point, left
+        if least <= tolerance:
+            break
+    return best, least
+
+
+def _newton(excess: Callable[[Array], Array], slope: Callable[[Array], Array], start: Array) -> Array:
+    """Newton's iteration with steps of least norm, until it gets no closer."""
+    point, left = start.copy(), math.inf
+    for _ in range(_ITERATIONS):
+        value = excess(point)
+        size = float(np.linalg.norm(value))
+        if not math.isfinite(size) or (size >= left and size < 1e-12):
+            break
+        left = size
+        step = np.linalg.lstsq(slope(point), value, rcond=1e-10)[0]
+        longest = float(np.max(np.abs(step)))
+        if longest < 1e-16:
+            break
+        point = point - step * min(1.0, _LONGEST / longest)
+    return point
+
+
+def _is_inside(point: Array, lower: Array, upper: Array) -> bool:
+    return bool(np.all(np.isfinite(point)) and np.all(point >= lower) and np.all(point <= upper))
