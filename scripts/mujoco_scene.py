@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -70,6 +71,7 @@ class Scene:
         data: its data.
         torque: joint torques, a view into `qfrc_applied`, shape (n,).
         seen: what `sense` found, named as in softhand's `Observation`; live views.
+        pairs: contacts of each internal force, shape (pairs, 2).
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class Scene:
         self.model = _describe(world, plant.fingertips, contacts["distance"], step, integrator).compile()
         self.data = mujoco.MjData(self.model)
         self._n, self._tips = world.n_joints, world.n_tips
+        self.pairs = np.array(contact_pairs(self._tips), dtype=np.int64)
         self._start = _start_position(world, start)
         self._set_start(np.zeros(self._n))
         _check_order(self, world)
@@ -127,6 +130,10 @@ class Scene:
         """
         _control(*self._views, self._record, desired.coordinates, desired.internal_force, gains, self.torque)
 
+    def apply(self, torque: Array, gains: NDArray[np.void]) -> None:
+        """Put a torque in place, cut to the effort limits. One compiled call."""
+        _apply(torque, gains, self.torque)
+
     def _set_start(self, torque: Array) -> None:
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:] = self._start
@@ -136,10 +143,11 @@ class Scene:
     def _take_views(self, plant: Plant) -> None:
         """Arrays that the kernels read. Contacts lie at the start of MuJoCo's arena, so their views stay good."""
         data, body = self.data, self.model.body(_OBJECT).id
-        pairs = np.array(contact_pairs(self._tips), dtype=np.int64)
-        self._views = (data.contact.pos, data.contact.frame, data.efc_force, data.xanchor, data.xaxis,
-                       data.xpos[body], data.xmat[body], data.qvel, data.qfrc_bias, plant.columns, pairs)  # fmt: skip
-        self._record = np.zeros(1, _seen_type(self._tips, self._n, len(pairs)))
+        self._views = (
+            data.contact.pos, data.contact.frame, data.efc_force, data.xanchor, data.xaxis, data.xpos[body],
+            data.xmat[body], data.qvel, data.qfrc_bias, plant.columns, self.pairs,
+        )  # fmt: skip
+        self._record = np.zeros(1, _seen_type(self._tips, self._n, len(self.pairs)))
         self.seen = SimpleNamespace(**{name: self._record[name][0] for name in self._record.dtype.names})
 
     def _find_holding(self, internal_force: Array) -> Array:
@@ -159,6 +167,15 @@ def gains_of(
     for name, value in arrays.items():
         gains[name][0] = value
     return gains
+
+
+def describe_settings(model: mujoco.MjModel) -> dict[str, Any]:
+    """What was chosen for MuJoCo, as plain data."""
+    return {
+        "cone": "elliptic", "condim": 4, "impratio": float(model.opt.impratio), "solver": "Newton",
+        "tolerance": float(model.opt.tolerance), "friction": model.pair_friction[:, :3].tolist(),
+        "solref": model.pair_solref.tolist(), "solimp": model.pair_solimp.tolist(), "disabled": list(_UNUSED),
+    }  # fmt: skip
 
 
 # The scene -----------------------------------------------------------------------------------------------------------
@@ -237,9 +254,7 @@ def _torsional_friction(fingertip: Fingertip, distance: float) -> float:
     return moment / (math.pi * (r - distance) ** 2)
 
 
-def _match_law(
-    model: mujoco.MjModel, data: mujoco.MjData, name: str, fingertip: Fingertip, contact: np.void
-) -> None:
+def _match_law(model: mujoco.MjModel, data: mujoco.MjData, name: str, fingertip: Fingertip, contact: np.void) -> None:
     """Set a pair so that its normal force and stiffness at the depth of the start are those of the law.
 
     At rest MuJoCo's normal force is F = K d dr / R, R = (1 - d) A / d, with d growing linearly with dr. So
@@ -424,4 +439,19 @@ def _regulate(seen, q_Od, f_Nd, gains, torque):
             value += seen.J_CF_f[row, j] * f_C[row]
         for i in range(nc):
             value += gains.compensate * seen.J_CF_tau[i, j] * seen.contact_force[i, 3]
-        torque[j] = min(max(value, -gains.effort_limit[j]), gains.effort_limit[j])
+        torque[j] = value
+    _limit(torque, gains.effort_limit)
+
+
+@compiled
+def _apply(torque, gains, out):
+    for k in range(out.shape[0]):
+        out[k] = torque[k]
+    _limit(out, gains[0].effort_limit)
+
+
+@compiled
+def _limit(torque, effort_limit):
+    """Cut to the effort limits."""
+    for k in range(torque.shape[0]):
+        torque[k] = min(max(torque[k], -effort_limit[k]), effort_limit[k])

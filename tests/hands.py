@@ -69,7 +69,7 @@ def _numbers(values: ArrayLike) -> str:
 _LIMITS = {"abduction": (-1.05, 1.05), "proximal_flexion": (-1.75, 1.05), "distal_flexion": (-0.1, 2.6)}
 
 
-def _finger(name: str, base: Sequence[float], continuous: bool) -> str:
+def _finger(name: str, base: Sequence[float], continuous: bool, tip_rpy: Sequence[float]) -> str:
     """Links and joints of one finger of the reference hand."""
     x, y, heading = base
     parts = []
@@ -94,6 +94,7 @@ def _finger(name: str, base: Sequence[float], continuous: bool) -> str:
   </link>"""
         )
         parent, origin = f"{name}_{link}", f'<origin xyz="{length!r} 0 0"/>'
+    origin = f'<origin xyz="{length!r} 0 0" rpy="{_numbers(tip_rpy)}"/>'
     parts.append(
         f"""
   <joint name="{name}_tip_mount" type="fixed"><parent link="{parent}"/><child link="{name}_tip"/>{origin}</joint>
@@ -108,6 +109,7 @@ def write_hand(
     *,
     wrist: bool = False,
     continuous: bool = False,
+    tip_rpy: Sequence[float] = (0.0, 0.0, 0.0),
     turn: ArrayLike | None = None,
     shift: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Path:
@@ -118,6 +120,7 @@ def write_hand(
         bases: x, y [m] and heading [rad] of each finger.
         wrist: put one revolute joint about x, and the mass of a palm, before the fingers.
         continuous: make the abduction joints continuous.
+        tip_rpy: how the soft tips are canted against the last links [rad].
         turn: rotation of the whole hand, shape (3, 3).
         shift: position of the whole hand [m], shape (3,).
     """
@@ -130,7 +133,7 @@ def write_hand(
         origin += '<axis xyz="1 0 0"/><limit lower="-0.5" upper="0.5" effort="20" velocity="20"/>'
         palm = """<link name="palm"><inertial><origin xyz="0.003 0.01 -0.018"/><mass value="0.3"/>
     <inertia ixx="2.6e-4" ixy="1e-5" ixz="0" iyy="5.7e-4" iyz="0" izz="8.1e-4"/></inertial></link>"""
-    fingers = [_finger(f"finger_{k + 1}", base, continuous) for k, base in enumerate(bases)]
+    fingers = [_finger(f"finger_{k + 1}", base, continuous, tip_rpy) for k, base in enumerate(bases)]
     file = Path(folder) / "hand.urdf"
     file.write_text(
         f"""<?xml version="1.0"?>
@@ -149,6 +152,8 @@ def write_box(
     size: Sequence[float] = (0.056, 0.036, 0.060),
     mass: float = 0.2,
     centre_of_mass: Sequence[float] = (0.0, 0.0, 0.0),
+    middle: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Path:
     """A URDF of a box [m, kg]; the principal inertias are those of the reference box, scaled with the mass.
 
@@ -156,7 +161,9 @@ def write_box(
         folder: where `box.urdf` is written.
         size: along x, y and z [m].
         mass: [kg].
-        centre_of_mass: in the object frame [m], whose origin is the middle of the box.
+        centre_of_mass: in the object frame [m].
+        middle: of the box in the object frame [m].
+        rpy: how the box is turned in the object frame [rad].
     """
     inertia = [mass / 0.2 * principal for principal in BOX_INERTIA]
     file = Path(folder) / "box.urdf"
@@ -168,7 +175,9 @@ def write_box(
       <origin xyz="{_numbers(centre_of_mass)}"/><mass value="{mass!r}"/>
       <inertia ixx="{inertia[0]!r}" ixy="0" ixz="0" iyy="{inertia[1]!r}" iyz="0" izz="{inertia[2]!r}"/>
     </inertial>
-    <collision><geometry><box size="{_numbers(size)}"/></geometry></collision>
+    <collision>
+      <origin xyz="{_numbers(middle)}" rpy="{_numbers(rpy)}"/><geometry><box size="{_numbers(size)}"/></geometry>
+    </collision>
   </link>
 </robot>
 """
@@ -235,6 +244,8 @@ class Layout:
     continuous: bool = False
     centre_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
     """Of the box, in its frame [m]."""
+    tip_rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """How the soft tips are canted against the last links [rad]."""
 
     def load(
         self,
@@ -245,7 +256,13 @@ class Layout:
     ) -> World:
         """Write the URDFs and read them, the hand turned and shifted as a whole."""
         hand = write_hand(
-            folder, self.bases, wrist=self.wrist is not None, continuous=self.continuous, turn=turn, shift=shift
+            folder,
+            self.bases,
+            wrist=self.wrist is not None,
+            continuous=self.continuous,
+            tip_rpy=self.tip_rpy,
+            turn=turn,
+            shift=shift,
         )
         names = [f"finger_{k + 1}_tip" for k in range(len(self.bases))]
         box = write_box(folder, centre_of_mass=self.centre_of_mass)
@@ -276,7 +293,7 @@ LAYOUTS = {
     ),
     "wrist": replace(REFERENCE, wrist=0.05),
     "continuous": replace(REFERENCE, continuous=True),
-    "off-centre": replace(REFERENCE, centre_of_mass=(0.003, 0.002, -0.005)),
+    "canted": replace(REFERENCE, centre_of_mass=(0.003, 0.002, -0.005), tip_rpy=(0.4, 0.15, -0.2)),
 }
 
 

@@ -84,7 +84,7 @@ def test_turning_the_world_changes_nothing(reference: Task, tmp_path: Path, step
 def test_turning_the_world_changes_nothing_for_any_hand(
     task: Task, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    """The same for two and four fingers, a wrist, continuous joints and an object with its mass off the middle."""
+    """The same for two and four fingers, a wrist, continuous joints, canted tips and a mass off the middle."""
     compare(task, request.node.callspec.params["task"], TURNS["about all"], "midpoint", tmp_path)
 
 

@@ -285,6 +285,24 @@ def test_box_is_that_of_table_1(world: World) -> None:
     assert offsets == pytest.approx({axis: half[np.flatnonzero(axis)[0]] for axis in axes})
 
 
+def test_faces_follow_the_collision_box(tmp_path: Path) -> None:
+    """The faces are those of the collision box, wherever it lies in the object frame and however it is turned."""
+    size, middle, rpy = np.array([0.05, 0.03, 0.07]), np.array([0.01, -0.02, 0.005]), (0.3, -0.5, 1.1)
+    world = load_world(HAND_URDF, TIP_NAMES, write_box(tmp_path, size, middle=middle, rpy=rpy))
+    R = pin.rpy.rpyToMatrix(*rpy)
+    assert len(world.faces) == 6
+    for axis in range(3):
+        for side in (1.0, -1.0):
+            centre = middle + side * 0.5 * size[axis] * R[:, axis]
+            face = min(world.faces, key=lambda face, centre=centre: abs(face.distance(centre)) + face.overhang(centre))
+            np.testing.assert_allclose(face.normal, side * R[:, axis], rtol=0.0, atol=1e-12)
+            assert face.distance(centre) == pytest.approx(0.0, abs=1e-15)
+            assert face.distance(centre + 2e-3 * face.normal) == pytest.approx(2e-3, rel=1e-9)
+            assert face.overhang(centre) == pytest.approx(-0.5 * np.min(np.delete(size, axis)), rel=1e-9)
+            assert face.tangent @ face.normal == pytest.approx(0.0, abs=1e-15)
+            assert np.linalg.norm(face.tangent) == pytest.approx(1.0, abs=1e-15)
+
+
 def test_fingers_point_up_and_bend_inward(world: World) -> None:
     """At zero the fingers point straight up from their bases; positive flexion bends them inward."""
     inward = {"finger_1_tip": (-1, 0, 0), "finger_2_tip": (1, 0, 0), "finger_3_tip": (0, 1, 0)}

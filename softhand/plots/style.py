@@ -45,6 +45,7 @@ SOLID, DASH_DOTTED, DASHED = "-", (0, (5, 1.5, 1, 1.5)), (0, (4, 2))
 OBJECT, WARNING = "#56B4E9", "#A50026"
 ON_TOP = 10  # zorder of desired values
 FRICTION_TOP = 3.0  # friction use above this is cut off
+_FAST_PNG = {"compress_level": 1}  # a fifth larger, twice as fast
 _WIDTH = 9.0  # [in], 900 px in a README
 DEGREES = 180.0 / np.pi
 ROUNDING = 1e-9  # [s]
@@ -73,7 +74,7 @@ STYLE: Any = {
     "lines.linewidth": 1.2,
     "legend.frameon": False,
     "legend.fontsize": 8.0,
-    "savefig.dpi": 200,
+    "savefig.dpi": 150,
     "svg.fonttype": "none",
     "svg.hashsalt": "softhand",
     "pdf.fonttype": 42,
@@ -115,7 +116,7 @@ def _encode(figure: Figure, ending: str) -> bytes:
     undated = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}[ending]
     buffer = io.BytesIO()
     with rc_context(STYLE):
-        figure.savefig(buffer, format=ending, metadata=undated)
+        figure.savefig(buffer, format=ending, metadata=undated, **({"pil_kwargs": _FAST_PNG} if ending == "png" else {}))
     return buffer.getvalue()
 
 

@@ -14,6 +14,9 @@ from softhand.steppers.flow import Flow
 from softhand.steppers.stepper import Integration, Stepper
 
 
+_MOST_SUBSTEPS = 1000  # a run that asks for more is lost: it would crawl for ever
+
+
 class Adaptive(Stepper):
     """Explicit Runge-Kutta of order 8 (Dormand-Prince 853, scipy) with error control.
 
@@ -47,9 +50,11 @@ class _AdaptiveIntegration(Integration):
 
         options: dict[str, Any] = {"rtol": settings.rtol, "atol": settings.atol, "first_step": self._first_step}
         solver = DOP853(rate, 0.0, self._y.copy(), settings.step, **options)
-        while solver.status == "running":
+        for _ in range(_MOST_SUBSTEPS):
             message = solver.step()
-        if solver.status == "failed":
-            raise FloatingPointError(message)
+            if solver.status != "running":
+                break
+        if solver.status != "finished":
+            raise FloatingPointError(message or f"more than {_MOST_SUBSTEPS} sub-steps in {settings.step:g} s")
         self._first_step = min(settings.step, float(solver.h_abs))
         flow.scatter(solver.y, state)

@@ -1,0 +1,648 @@
+"""Time of one 1 ms step: softhand against MuJoCo on the same hand, box and start.
+
+Both sides run in one process on one core, in many short rounds that take turns; a ratio is the median of the ratios of
+the rounds, its spread their quartiles. Three rows are compared:
+
+physics            a step under the torques that hold the start; back to the start after each round, for a grasp under
+                   constant torques is unstable on both sides
+compiled control   a control period with the law (59) of the paper, compiled on both sides, along the scenario
+numpy control      the same with one and the same Python function, the law written in ordinary numpy
+
+What happens in a control period:
+
+softhand   the loop of `Simulation` without the recorder: reference, observation of the present state, check for faults,
+           controller, effort limits, one step of `midpoint`
+MuJoCo     reference, `mj_step1` (kinematics and contacts of the present state), one compiled call that makes contact
+           Jacobians, K, f_N, ... from MuJoCo's arrays, controller, effort limits, `mj_step2`
+
+MuJoCo's contact forces are those of its last step, since it solves for them together with the motion; this spares it a
+solve. Its contact Jacobians are made in the compiled call, which takes less time than `mj_jac`; one more row shows
+ordinary numpy code with `mj_jac` and `mj_contactForce` in place of that call.
+
+Before anything is timed, each run is done with checks at every step: three contacts throughout, the laws of both sides
+agree, softhand's loop gives what `softhand.simulate` gives. Timed runs must then pass through the same states. Else the
+comparison is void: the script says why and fails.
+
+Example: python scripts/bench_step.py --rounds 400 --json step.json --plot step.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import os
+import platform
+import random
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import matplotlib
+import mujoco
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from mujoco_scene import INTEGRATORS, Scene, Void, describe_settings, gains_of
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+from rich.table import Column, Table
+from scipy.linalg.lapack import dposv
+
+import softhand
+from softhand.controllers.regulation import Regulation
+from softhand.plots.style import STYLE
+from softhand.plugins import SHIPPED
+from softhand.references import REFERENCES, Reference
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.001  # [s], of a step and of the control
+ROUND = 50  # steps in a round
+WARM_UP = 5  # rounds that do not count
+SOFTHAND, MUJOCO = "softhand", "MuJoCo"
+ROWS = {"physics": "physics only", "compiled_control": "compiled control", "numpy_control": "numpy control"}
+COMPARED = {SOFTHAND: "midpoint", MUJOCO: "implicitfast"}
+PACKAGES = ("softhand", "mujoco", "pin", "numba", "numpy", "scipy")
+COLOURS = {SOFTHAND: "#0072B2", MUJOCO: "#D55E00"}
+
+_AGREEMENT = 1e-9  # [N m] between two ways to compute the same torque
+_SAME = 1e-12  # [m] between two runs of softhand
+
+
+# One law for both sides ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Diagonals of the gains of (59)."""
+
+    K_O: Array
+    K_v: Array
+    K_N: Array
+
+    @classmethod
+    def of(cls, controller: Regulation, n: int, pairs: int) -> Gains:
+        """The gains of the built-in controller, where one number stands for all."""
+        K_O = [np.broadcast_to(gain, 3) for gain in (controller.K_O_position, controller.K_O_orientation)]
+        return cls(np.concatenate(K_O), np.full(n, controller.K_v), np.full(pairs, controller.K_N))
+
+
+def numpy_law(seen: Any, desired: Any, gains: Gains) -> Array:
+    """The law (59) in ordinary numpy, with LAPACK's dposv in place of a pseudo-inverse.
+
+    Args:
+        seen: arrays named as in softhand's `Observation`.
+        desired: what the reference asks for, `softhand.references.Desired`.
+        gains: of the law.
+
+    Returns:
+        Joint torques [N m], shape (n,).
+    """
+    J_O, f_N, tau_C = seen.J_O_f, seen.internal_force, seen.contact_force[:, 3]
+    wrench = seen.N_O - gains.K_O * (seen.q_O - desired.coordinates) - tau_C @ seen.J_O_tau
+    y = dposv(J_O.T @ J_O, wrench)[1]
+    f_C = J_O @ y + seen.K @ (f_N - gains.K_N * (f_N - desired.internal_force))
+    return f_C @ seen.J_CF_f - gains.K_v * seen.joint_velocity + seen.N_F + tau_C @ seen.J_CF_tau
+
+
+class NumpyRegulation(Regulation):
+    """`numpy_law` as a controller of softhand."""
+
+    def start(self, observation: softhand.Observation) -> Gains:
+        """The gains as arrays."""
+        return Gains.of(self, len(observation.joint_position), len(observation.internal_force))
+
+    def torque(self, observation: softhand.Observation, memory: Gains) -> tuple[Array, Gains]:
+        """The law."""
+        return numpy_law(observation, observation.desired, memory), memory
+
+
+# softhand ------------------------------------------------------------------------------------------------------------
+
+
+class SofthandSide:
+    """What `Simulation.run` does, without the recorder and in pieces.
+
+    Args:
+        scenario: what to run.
+        controller: in place of the scenario's.
+
+    Attributes:
+        simulation: softhand's.
+        time: control periods since the start.
+    """
+
+    def __init__(self, scenario: softhand.Scenario, controller: softhand.Controller | None = None) -> None:
+        self.simulation = softhand.build(scenario, controller)
+        self._start = self.simulation.state.copy()
+        self._memory: Any = None
+        self.reset()
+        seen = self.simulation._sensor.observe(self.simulation.state, 0.0)
+        self._holding = seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C + seen.N_F
+
+    def reset(self) -> None:
+        """Back to the start."""
+        simulation = self.simulation
+        simulation.state = self._start.copy()
+        simulation._integration = simulation._stepper.start(simulation.plant)
+        simulation._Theta[:] = np.nan
+        self.time = 0
+
+    def run_physics(self, steps: int) -> None:
+        """Steps under the holding torques."""
+        advance, state, torque = self.simulation._integration.advance, self.simulation.state, self._holding
+        for _ in range(steps):
+            advance(state, torque)
+
+    def run_control(self, periods: int) -> None:
+        """Control periods with the controller of the simulation."""
+        sample, step, memory = self.simulation._sample, self.simulation._step, self._memory
+        for k in range(self.time, self.time + periods):
+            memory = sample(k, memory)
+            step()
+        self._memory = memory
+        self.time += periods
+
+    def object_pose(self) -> Array:
+        """Position [m] and quaternion (w, x, y, z) of the object, shape (7,). A copy."""
+        return self.simulation.state.q[[-7, -6, -5, -1, -4, -3, -2]]
+
+    def check(self) -> None:
+        """Raise Void if the run has diverged."""
+        if not np.all(np.isfinite(self.simulation.state.v)):
+            raise Void("softhand has diverged.")
+
+    def fingerprint(self) -> bytes:
+        """The state, bit by bit."""
+        return self.simulation.state.q.tobytes() + self.simulation.state.v.tobytes()
+
+
+# MuJoCo --------------------------------------------------------------------------------------------------------------
+
+
+class MujocoSide:
+    """The scene in MuJoCo with the same reference and the same law.
+
+    Args:
+        simulation: softhand's, for the model and the start.
+        scenario: what to run.
+        step: time step [s], a whole number of them makes a control period.
+        integrator: a name of `INTEGRATORS`.
+
+    Attributes:
+        scene: the scene.
+        time: control periods since the start.
+    """
+
+    def __init__(
+        self, simulation: softhand.Simulation, scenario: softhand.Scenario, step: float, integrator: str
+    ) -> None:
+        plant = simulation.plant
+        self.scene = Scene(plant, simulation.state, scenario.grasp.internal_force, step, integrator)
+        self._reference = reference_of(scenario)
+        controller = Regulation(**scenario.controller.parameters)
+        self._gains = Gains.of(controller, plant.world.n_joints, len(scenario.grasp.internal_force))
+        self._packed = gains_of(
+            self._gains.K_O, self._gains.K_v, self._gains.K_N, plant.world.effort_limit, controller.torsion_compensation
+        )
+        self._further = round(PERIOD / step) - 1
+        self._tips = [tip.name for tip in plant.world.tips]
+        self.time = 0
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self.scene.reset()
+        self.time = 0
+
+    def run_physics(self, steps: int) -> None:
+        """Steps under the holding torques, one call each."""
+        model, data, step = self.scene.model, self.scene.data, mujoco.mj_step
+        for _ in range(steps):
+            step(model, data)
+
+    def run_physics_at_once(self, steps: int) -> None:
+        """The same in one call, without Python in between."""
+        mujoco.mj_step(self.scene.model, self.scene.data, steps)
+
+    def run_compiled(self, periods: int) -> None:
+        """Control periods with the compiled law."""
+        model, data, control, packed = self.scene.model, self.scene.data, self.scene.control, self._packed
+        update, begin, end = self._reference.update, mujoco.mj_step1, mujoco.mj_step2
+        for k in range(self.time, self.time + periods):
+            desired = update(k * PERIOD)
+            begin(model, data)
+            control(desired, packed)
+            end(model, data)
+            if self._further:
+                mujoco.mj_step(model, data, self._further)
+        self.time += periods
+
+    def run_compiled_forward(self, periods: int) -> None:
+        """The same for integrators that cannot be split, such as RK4: a forward pass, then whole steps."""
+        model, data = self.scene.model, self.scene.data
+        for k in range(self.time, self.time + periods):
+            desired = self._reference.update(k * PERIOD)
+            mujoco.mj_forward(model, data)
+            self.scene.control(desired, self._packed)
+            mujoco.mj_step(model, data, self._further + 1)
+        self.time += periods
+
+    def run_numpy(self, periods: int) -> None:
+        """Control periods with `numpy_law`; what it reads is made by one compiled call."""
+        self._run_numpy(periods, self.scene.sense)
+
+    def run_plain(self, periods: int) -> None:
+        """The same; what the law reads is made in ordinary numpy."""
+        self._run_numpy(periods, self._sense_in_numpy)
+
+    def _run_numpy(self, periods: int, sense: Callable[[], SimpleNamespace]) -> None:
+        model, data, apply, packed = self.scene.model, self.scene.data, self.scene.apply, self._packed
+        update, begin, end, gains = self._reference.update, mujoco.mj_step1, mujoco.mj_step2, self._gains
+        for k in range(self.time, self.time + periods):
+            desired = update(k * PERIOD)
+            begin(model, data)
+            apply(numpy_law(sense(), desired, gains), packed)
+            end(model, data)
+        self.time += periods
+
+    def _sense_in_numpy(self) -> SimpleNamespace:
+        """What `Scene.sense` does, as a user of MuJoCo would write it."""
+        model, data, seen = self.scene.model, self.scene.data, self.scene.seen
+        n, nc = len(seen.N_F), data.ncon
+        xmat, points = data.xmat[-1].reshape(3, 3), data.contact.pos
+        frames = data.contact.frame.reshape(nc, 3, 3)[:, [1, 2, 0]]  # rows x, y, normal
+        roll, pitch, yaw = (
+            np.arctan2(xmat[2, 1], xmat[2, 2]),
+            np.arcsin(-xmat[2, 0]),
+            np.arctan2(xmat[1, 0], xmat[0, 0]),
+        )
+        seen.q_O[:3], seen.q_O[3:] = data.xpos[-1], (roll, pitch, yaw)
+        T = np.array(
+            [
+                [np.cos(yaw) * np.cos(pitch), -np.sin(yaw), 0.0],
+                [np.sin(yaw) * np.cos(pitch), np.cos(yaw), 0.0],
+                [-np.sin(pitch), 0.0, 1.0],
+            ]
+        )
+        seen.N_F[:], seen.joint_velocity[:] = data.qfrc_bias[:n], data.qvel[:n]
+        seen.N_O[:3], seen.N_O[3:] = data.qfrc_bias[n : n + 3], T.T @ (xmat @ data.qfrc_bias[n + 3 :])
+        linear, angular, wrench = np.zeros((3, model.nv)), np.zeros((3, model.nv)), np.zeros(6)
+        for i in range(nc):
+            mujoco.mj_jac(model, data, linear, angular, points[i], model.geom_bodyid[data.contact.geom[i, 0]])
+            mujoco.mj_contactForce(model, data, i, wrench)
+            rows, (x, y, z) = slice(3 * i, 3 * i + 3), points[i] - data.xpos[-1]
+            seen.contact_force[i] = wrench[[1, 2, 0, 3]]
+            seen.J_CF_f[rows], seen.J_CF_tau[i] = frames[i] @ linear[:, :n], frames[i, 2] @ angular[:, :n]
+            seen.J_O_f[rows, :3], seen.J_O_f[rows, 3:] = (
+                frames[i],
+                frames[i] @ np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]]) @ T,
+            )
+            seen.J_O_tau[i, 3:] = frames[i, 2] @ T
+        self._pair_in_numpy(points, frames, seen)
+        return seen
+
+    def _pair_in_numpy(self, points: Array, frames: Array, seen: SimpleNamespace) -> None:
+        for column, (i, j) in enumerate(self.scene.pairs):
+            direction = points[j] - points[i]
+            direction /= np.linalg.norm(direction)
+            seen.K[3 * i : 3 * i + 3, column] = frames[i] @ direction
+            seen.K[3 * j : 3 * j + 3, column] = -frames[j] @ direction
+        seen.internal_force[:] = dposv(seen.K.T @ seen.K, seen.K.T @ seen.contact_force[:, :3].ravel())[1]
+
+    def object_pose(self) -> Array:
+        """Position [m] and quaternion (w, x, y, z) of the object, shape (7,). A copy."""
+        return self.scene.object_pose()
+
+    def check(self) -> None:
+        """Raise Void if a contact is lost."""
+        self.scene.check()
+
+    def check_sensing(self) -> None:
+        """Raise Void if the compiled call, the numpy code and the two laws do not agree."""
+        desired = self._reference.update(self.time * PERIOD)
+        kept = self.scene.torque.copy()
+        plain = numpy_law(self._sense_in_numpy(), desired, self._gains)
+        self.scene.apply(numpy_law(self.scene.sense(), desired, self._gains), self._packed)
+        by_numpy = self.scene.torque.copy()
+        self.scene.control(desired, self._packed)
+        gap = max(np.max(np.abs(by_numpy - self.scene.torque)), np.max(np.abs(plain - self.scene.torque)))
+        self.scene.torque[:] = kept
+        if not gap < _AGREEMENT:
+            raise Void(f"the compiled law and the numpy law differ by {gap:.1e} N m on MuJoCo's side.")
+
+    def check_forces_kept(self) -> None:
+        """Raise Void if `mj_step1` does not leave the contact forces of the last step where they are."""
+        data = self.scene.data
+        before = data.efc_force.copy()
+        mujoco.mj_step1(self.scene.model, data)
+        if not np.array_equal(before, data.efc_force):
+            raise Void("mj_step1 has overwritten the contact forces of the last step.")
+
+    def fingerprint(self) -> bytes:
+        """The state, bit by bit."""
+        return self.scene.data.qpos.tobytes() + self.scene.data.qvel.tobytes()
+
+
+def reference_of(scenario: softhand.Scenario) -> Reference:
+    """The reference of a scenario."""
+    section = scenario.reference
+    return REFERENCES[section.kind](
+        start=np.concatenate([scenario.object.position, scenario.object.rpy]),
+        target=np.concatenate([section.object_position, section.object_rpy]),
+        start_force=scenario.grasp.internal_force,
+        target_force=section.internal_force,
+        duration=section.duration,
+    )
+
+
+# Measuring -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Case:
+    """One thing to time.
+
+    Attributes:
+        row: key of `ROWS`.
+        side: who.
+        method: stepper or integrator, and what is special.
+        runner: a side of its own.
+        run: its method that does so many steps.
+        rounds: rounds from the start until it goes back there.
+        marks: fingerprint after each of these rounds, from the checked run.
+        microseconds: per step, one number a round.
+    """
+
+    row: str
+    side: str
+    method: str
+    runner: Any
+    run: Callable[[int], None]
+    rounds: int
+    marks: list[bytes] = field(default_factory=list)
+    microseconds: list[float] = field(default_factory=list)
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What identifies it."""
+        return self.row, self.side, self.method
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether a ratio is made of it."""
+        return self.method == COMPARED[self.side]
+
+    def verify(self) -> None:
+        """Do all rounds once with checks at each step, and leave the marks."""
+        self.runner.reset()
+        for _ in range(self.rounds):
+            for _ in range(ROUND):
+                self.run(1)
+                self.runner.check()
+            self.marks.append(self.runner.fingerprint())
+
+    def time(self, index: int) -> float:
+        """Time round number `index` [us per step]; it must end where the checked run did."""
+        if index % self.rounds == 0:
+            self.runner.reset()
+        began = time.perf_counter_ns()
+        self.run(ROUND)
+        took = time.perf_counter_ns() - began
+        if self.marks and self.runner.fingerprint() != self.marks[index % self.rounds]:
+            raise Void(f"{self.side} {self.method} does not repeat itself ({ROWS[self.row]}).")
+        return took / ROUND / 1e3
+
+
+def make_cases(scenario: softhand.Scenario, console: Console) -> list[Case]:
+    """All cases, each checked."""
+    n_rounds = round(scenario.duration / PERIOD) // ROUND
+    cases = [case for case in _physics_cases(scenario) if _is_healthy(case, console)]
+    for case in _control_cases(scenario, n_rounds):
+        case.verify()
+        cases.append(case)
+    _check_sensing(scenario)
+    _check_softhand_loop(scenario)
+    return cases
+
+
+def _physics_cases(scenario: softhand.Scenario) -> list[Case]:
+    cases = []
+    for name in SHIPPED["steppers"]:
+        side = SofthandSide(scenario.with_values({"stepper": {"name": name, "step": PERIOD}}))
+        if "rtol" not in type(side.simulation._stepper).model_fields:  # error control is no match for a fixed step
+            cases.append(Case("physics", SOFTHAND, name, side, side.run_physics, 1))
+    simulation = softhand.build(scenario)
+    for name in INTEGRATORS:
+        other = MujocoSide(simulation, scenario, PERIOD, name)
+        cases.append(Case("physics", MUJOCO, name, other, other.run_physics, 1))
+    other = MujocoSide(simulation, scenario, PERIOD, COMPARED[MUJOCO])
+    label = f"{COMPARED[MUJOCO]}, {ROUND} steps in one call"
+    # the call takes all steps at once, so it has no checked run of its own; its marks are those of the single steps
+    cases.append(Case("physics", MUJOCO, label, other, other.run_physics_at_once, 1))
+    return cases
+
+
+def _control_cases(scenario: softhand.Scenario, rounds: int) -> list[Case]:
+    stepper, integrator = COMPARED[SOFTHAND], COMPARED[MUJOCO]
+    scenario = scenario.with_values({"stepper": {"name": stepper, "step": PERIOD}})
+    ours = SofthandSide(scenario)
+    ours_numpy = SofthandSide(scenario, NumpyRegulation(**scenario.controller.parameters))
+    compiled, numpy, plain = (MujocoSide(ours.simulation, scenario, PERIOD, integrator) for _ in range(3))
+    return [
+        Case("compiled_control", SOFTHAND, stepper, ours, ours.run_control, rounds),
+        Case("compiled_control", MUJOCO, integrator, compiled, compiled.run_compiled, rounds),
+        Case("numpy_control", SOFTHAND, stepper, ours_numpy, ours_numpy.run_control, rounds),
+        Case("numpy_control", MUJOCO, integrator, numpy, numpy.run_numpy, rounds),
+        Case("numpy_control", MUJOCO, f"{integrator}, mj_jac and numpy", plain, plain.run_plain, rounds),
+    ]
+
+
+def _is_healthy(case: Case, console: Console) -> bool:
+    """Verify a case; one that is not compared may fail and is then left out."""
+    try:
+        case.verify()
+    except Void as failure:
+        if case.method == COMPARED[case.side]:
+            raise
+        console.print(f"{case.side} {case.method} at {1e3 * PERIOD:g} ms left out: {failure}")
+        return False
+    return True
+
+
+def _check_sensing(scenario: softhand.Scenario) -> None:
+    """Laws and forces on MuJoCo's side, along the whole run."""
+    side = MujocoSide(softhand.build(scenario), scenario, PERIOD, COMPARED[MUJOCO])
+    for _ in range(round(scenario.duration / PERIOD)):
+        side.check_forces_kept()
+        side.check_sensing()
+        side.run_compiled(1)
+
+
+def _check_softhand_loop(scenario: softhand.Scenario) -> None:
+    """The timed loop gives what `softhand.simulate` gives; the numpy law gives the same but for rounding."""
+    positions = softhand.simulate(scenario)["object_position"]
+    for controller, tolerance in ((None, _SAME), (NumpyRegulation(**scenario.controller.parameters), 1e-9)):
+        side = SofthandSide(scenario, controller)
+        side.run_control(len(positions) - 1)
+        gap = np.max(np.abs(side.object_pose()[:3] - positions[-1]))
+        if not gap < tolerance:
+            raise Void(f"softhand's loop ends {gap:.1e} m from where softhand.simulate ends.")
+
+
+def measure(cases: Sequence[Case], rounds: int, console: Console) -> None:
+    """Time all cases in rounds, each round in another order; the two of a ratio one right after the other."""
+    shuffle = random.Random(0).shuffle
+    groups = _group(cases)
+    gc.collect()
+    gc.disable()
+    try:
+        for index in track(range(-WARM_UP, rounds), "Timing", console=console, transient=True):
+            shuffle(groups)
+            for group in groups:
+                shuffle(group)
+                for case in group:
+                    took = case.time(max(index, 0))
+                    if index >= 0:
+                        case.microseconds.append(took)
+    finally:
+        gc.enable()
+
+
+def _group(cases: Sequence[Case]) -> list[list[Case]]:
+    """The pair of each row, and each other case alone."""
+    pairs = [[case for case in cases if case.row == row and case.is_compared] for row in ROWS]
+    return pairs + [[case] for case in cases if not case.is_compared]
+
+
+# Results -------------------------------------------------------------------------------------------------------------
+
+
+def quartiles(values: Any) -> list[float]:
+    """First quartile, median, third quartile."""
+    return [float(value) for value in np.percentile(values, [25, 50, 75])]
+
+
+def ratios(cases: Sequence[Case]) -> dict[str, list[float]]:
+    """Quartiles of MuJoCo's time over softhand's, round by round, of each row."""
+    times = {case.key: np.array(case.microseconds) for case in cases}
+    return {
+        row: quartiles(times[row, MUJOCO, COMPARED[MUJOCO]] / times[row, SOFTHAND, COMPARED[SOFTHAND]]) for row in ROWS
+    }
+
+
+def report(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+    """All results as plain data."""
+    scene = next(case.runner.scene for case in cases if case.side == MUJOCO)
+    return {
+        "ratio_mujoco_over_softhand": {row: values[1] for row, values in found.items()},
+        "ratio_quartiles": {row: list(values) for row, values in found.items()},
+        "compared": COMPARED,
+        "microseconds_per_step": [
+            {"row": case.row, "side": case.side, "method": case.method, "median": quartiles(case.microseconds)[1],
+             "quartiles": quartiles(case.microseconds)}
+            for case in cases
+        ],
+        "settings": {"step": PERIOD, "steps_per_round": ROUND, "rounds": len(cases[0].microseconds),
+                     "mujoco": describe_settings(scene.model)},
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
+    }  # fmt: skip
+
+
+def draw_tables(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> list[Table]:
+    """Medians, and their ratios."""
+    times = Table("", "", Column("us", justify="right"), Column("quartiles", justify="right"))
+    times.title = f"Time of a {1e3 * PERIOD:g} ms step, one core"
+    for row, label in ROWS.items():
+        for case in (case for case in cases if case.row == row):
+            low, middle, high = quartiles(case.microseconds)
+            times.add_row(label, f"{case.side} {case.method}", f"{middle:.2f}", f"{low:.2f} - {high:.2f}")
+            label = ""
+        times.add_section()
+    ratio = Table("", Column("MuJoCo / softhand", justify="right"), Column("quartiles", justify="right"))
+    for row, (low, middle, high) in found.items():
+        ratio.add_row(ROWS[row], f"{middle:.2f}", f"{low:.2f} - {high:.2f}")
+    return [times, ratio]
+
+
+def draw(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> Figure:
+    """Bars of the median times with their quartiles; pale what is not compared. Very long bars are cut off."""
+    end = 1.5 * max(quartiles(case.microseconds)[2] for case in cases if case.is_compared)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 0.5 + 0.22 * (len(cases) + 1.5 * len(ROWS))), layout="constrained")
+        axes = figure.add_subplot()
+        place, ticks = 0.0, []
+        for row, label in ROWS.items():
+            title = f"{label}: MuJoCo / softhand = {found[row][1]:.2f}"
+            axes.text(0.005 * end, place, title, weight="bold", va="center")
+            for case in (case for case in cases if case.row == row):
+                place += 1.0
+                _draw_bar(axes, place, case, end)
+                ticks.append((place, f"{case.side} {case.method}"))
+            place += 1.5
+        axes.set_yticks([y for y, _ in ticks], [text for _, text in ticks])
+        axes.set_xlim(0.0, end)
+        axes.set_ylim(place - 0.8, -0.7)
+        axes.grid(visible=False, axis="y")
+        axes.tick_params(axis="y", length=0)
+        axes.set_xlabel(f"time of a {1e3 * PERIOD:g} ms step [µs]")
+    return figure
+
+
+def _draw_bar(axes: Axes, place: float, case: Case, end: float) -> None:
+    low, middle, high = quartiles(case.microseconds)
+    axes.barh(place, min(middle, end), 0.75, color=COLOURS[case.side], alpha=1.0 if case.is_compared else 0.45)
+    if middle > 0.9 * end:
+        axes.text(0.99 * end, place, f"{middle:.0f} →", va="center", ha="right")
+    else:
+        axes.plot([low, high], [place, place], color="0.2", linewidth=0.8)
+        axes.text(high, place, f" {middle:.1f}", va="center", color="0.2")
+
+
+def read_arguments() -> argparse.Namespace:
+    """The command line."""
+    summary, _, rest = (__doc__ or "").partition("\n")
+    parser = argparse.ArgumentParser(
+        description=summary, epilog=rest, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--rounds", type=int, default=400, help="rounds that count (default: %(default)s)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all results")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw them (.png, .svg or .pdf)")
+    return parser.parse_args()
+
+
+def stay_on_one_core() -> None:
+    """Keep this process on one core, where the system can."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def main() -> int:
+    """Check, measure, report."""
+    arguments, console = read_arguments(), Console()
+    stay_on_one_core()
+    scenario = softhand.load_scenario("target-a")
+    try:
+        with console.status("Checking that both sides do the same (the first time compiles)"):
+            cases = make_cases(scenario, console)
+        measure(cases, arguments.rounds, console)
+    except Void as failure:
+        console.print(f"[bold red]The comparison is void:[/] {failure}")
+        return 1
+    found = ratios(cases)
+    console.print(*draw_tables(cases, found))
+    if arguments.json:
+        arguments.json.write_text(json.dumps(report(cases, found), indent=2) + "\n")
+    if arguments.plot:
+        softhand.save_figure(draw(cases, found), arguments.plot)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
