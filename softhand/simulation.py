@@ -85,7 +85,7 @@ class Simulation:
             SimulationStopped: the run diverged, a contact left the range of the model, or it was interrupted. Both
                 carry `.recording` with all samples so far.
         """
-        recorder = Recorder(self._live(), self._periods + 1)
+        recorder = self._allocate()
         self._compile()
         self.state = self._start.copy()
         self._integration = self._stepper.start(self.plant)
@@ -116,6 +116,17 @@ class Simulation:
         if progress is not None:
             progress(self._periods * self._period)
         return self._finish(recorder, began, "")
+
+    def _allocate(self) -> Recorder:
+        try:
+            return Recorder(self._live(), self._periods + 1)
+        except (MemoryError, ValueError) as error:
+            raise ScenarioError(
+                f"duration: {self._periods + 1:,} samples do not fit into memory ({error}); "
+                "shorten duration or lengthen control_period.",
+                key="duration",
+                value=self._periods * self._period,
+            ) from error
 
     def _compile(self) -> None:
         """Let numba compile what a step needs, so that the clock of the run does not count it."""
