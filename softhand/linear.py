@@ -21,7 +21,8 @@ def factor(A, first):
     with their cube.
 
     Args:
-        A: the lower triangle on entry, the factor L on return (A = L L^T), shape (n, n).
+        A: the lower triangle on entry, the factor L on return (A = L L^T), with 1 / L_ii on the diagonal, which `solve`
+            wants, shape (n, n).
         first: column of the first entry of each row, shape (n,).
 
     Returns:
@@ -33,13 +34,13 @@ def factor(A, first):
             value = A[i, j]
             for k in range(max(start, first[j]), j):
                 value -= A[i, k] * A[j, k]
-            A[i, j] = value / A[j, j]
+            A[i, j] = value * A[j, j]
         pivot = A[i, i]
         for k in range(start, i):
             pivot -= A[i, k] * A[i, k]
         if not pivot > 0.0:
             return i
-        A[i, i] = math.sqrt(pivot)
+        A[i, i] = 1.0 / math.sqrt(pivot)
     return -1
 
 
@@ -57,9 +58,9 @@ def solve(L, first, b):
         value = b[i]
         for k in range(first[i], i):
             value -= L[i, k] * b[k]
-        b[i] = value / L[i, i]
+        b[i] = value * L[i, i]
     for i in range(n - 1, -1, -1):
-        b[i] /= L[i, i]
+        b[i] *= L[i, i]
         for k in range(first[i], i):
             b[k] -= L[i, k] * b[i]
 

@@ -60,9 +60,9 @@ class Plant:
         snapshot: their terms at the last state.
         pads: constants of each contact, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
-        jacobian: rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv).
+        columns: velocities that move each tip, then the six of the object, padded with -1, shape (nc, width).
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
         joints: what `configuration.integrate` needs, shape (joints, 3).
-        columns: velocity indices that move each tip, padded with -1, shape (nc, longest chain).
         envelope: first column of each row of the mass matrix, shape (nv,).
     """
 
@@ -76,7 +76,7 @@ class Plant:
         self._code = {law: compile_law(law) for law in {fingertip.law for fingertip in fingertips}}
         self.pads = self._build_pads()
         self.contacts = np.zeros(world.n_tips, CONTACT)
-        self.jacobian = np.zeros((world.n_tips, 4, world.model.nv))
+        self.contact_columns = np.zeros((*self.columns.shape, 4))
         self._mass = np.zeros((world.model.nv, world.model.nv))
 
     def _build_pads(self) -> NDArray[np.void]:
@@ -116,8 +116,16 @@ class Plant:
             lead,
             with_stiffness,
             self.contacts,
-            self.jacobian,
+            self.contact_columns,
         )
+
+    @property
+    def jacobian(self) -> Array:
+        """Rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv). A copy."""
+        jacobian = np.zeros((self.world.n_tips, 4, self.world.model.nv))
+        for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
+            rows[:, columns[columns >= 0]] = values[columns >= 0].T
+        return jacobian
 
     def acceleration(self, torque: Array, out: Array) -> Array:
         """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).
@@ -129,7 +137,7 @@ class Plant:
             self.columns,
             self.envelope,
             self.contacts,
-            self.jacobian,
+            self.contact_columns,
             snapshot.M,
             snapshot.nle,
             torque,
@@ -140,31 +148,27 @@ class Plant:
 
 
 def _pad_columns(world: World) -> NDArray[np.int64]:
-    columns = np.full((world.n_tips, max(len(tip.columns) for tip in world.tips)), -1, dtype=np.int64)
-    for row, tip in zip(columns, world.tips, strict=True):
-        row[: len(tip.columns)] = tip.columns
-    return columns
+    of_object = range(world.n_joints, world.model.nv)
+    moved = [[*tip.columns, *of_object] for tip in world.tips]
+    width = max(map(len, moved))
+    return np.array([columns + [-1] * (width - len(columns)) for columns in moved], dtype=np.int64)
 
 
 @compiled
 def generalized_force(columns, contacts, jacobian, nle, torque, out):
     """out = (torque, 0) - nle - J^T C_F, shape (nv,)."""
-    nv = out.shape[0]
-    for k in range(nv):
+    for k in range(out.shape[0]):
         out[k] = -nle[k]
     for k in range(torque.shape[0]):
         out[k] += torque[k]
     for i in range(contacts.shape[0]):
         force = contacts[i].force
-        for k in range(columns.shape[1]):
-            column = columns[i, k]
-            if column < 0:
+        x, y, z, w = force[0], force[1], force[2], force[3]
+        for a in range(columns.shape[1]):
+            if columns[i, a] < 0:
                 break
-            for row in range(4):
-                out[column] -= jacobian[i, row, column] * force[row]
-        for column in range(nv - 6, nv):
-            for row in range(4):
-                out[column] -= jacobian[i, row, column] * force[row]
+            row = jacobian[i, a]
+            out[columns[i, a]] -= row[0] * x + row[1] * y + row[2] * z + row[3] * w
 
 
 @compiled

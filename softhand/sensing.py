@@ -151,7 +151,7 @@ class Sensor:
         seen.joint_velocity[:] = state.v[:-6]
         _describe_object(snapshot.poses[-1], state.v, snapshot.gravity, seen.q_O, seen.object_rotation,
                          seen.object_twist, seen.T_O, seen.N_O)  # fmt: skip
-        _describe_contacts(plant.pads, plant.contacts, plant.columns, plant.jacobian, snapshot.poses, snapshot.J,
+        _describe_contacts(plant.pads, plant.contacts, plant.columns, plant.contact_columns, snapshot.poses, snapshot.J,
                            state.v, seen.T_O, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.friction_use,
                            seen.eta, seen.eta_rate)  # fmt: skip
         internal_forces(plant.contacts, self._pairs, seen.K, seen.internal_force)
@@ -190,23 +190,22 @@ def _describe_object(pose, v, gravity, q_O, rotation, twist, T_O, N_O):
 def _describe_contacts(
     pads, contacts, columns, jacobian, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau, friction_use, eta, eta_rate
 ):  # fmt: skip
-    object_column = v.shape[0] - 6
     object_pose = poses[poses.shape[0] - 1]
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        for k in range(columns.shape[1]):
-            column = columns[i, k]
-            if column < 0:
+        for a in range(columns.shape[1]):
+            column = columns[i, a]
+            if column < 0 or column >= J_CF_tau.shape[1]:
                 break
             for row in range(3):
-                J_CF_f[3 * i + row, column] = jacobian[i, row, column]
-            J_CF_tau[i, column] = jacobian[i, 3, column]
+                J_CF_f[3 * i + row, column] = jacobian[i, a, row]
+            J_CF_tau[i, column] = jacobian[i, a, 3]
         _object_rows(contact, object_pose, T_O, J_O_f[3 * i : 3 * i + 3], J_O_tau[i])
         f = contact.force
         limit = pads[i].friction * max(f[2], 0.0)
         tangential = math.hypot(f[0], f[1])
         friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
-        contact_coordinates(pads[i], contact, columns[i], object_column, object_pose, J, v, eta[i], eta_rate[i])
+        contact_coordinates(pads[i], contact, columns[i], object_pose, J, v, eta[i], eta_rate[i])
 
 
 @compiled

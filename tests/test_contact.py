@@ -17,6 +17,7 @@ from softhand.contact.kinematics import (
     contact_force,
     deformation_jacobian,
     deformation_rate,
+    integrate_memory,
 )
 from softhand.contact.records import CONTACT, PAD
 from softhand.laws.law import Law
@@ -281,6 +282,16 @@ def test_lead_moves_the_memory_only(task: Task, state: State, moving: Plant) -> 
     np.testing.assert_allclose(after["deformation"][:, 1:], expected, rtol=0.0, atol=1e-16)
 
 
+def test_memory_is_integrated_with_its_rate(task: Task, state: State, moving: Plant, rng: np.random.Generator) -> None:
+    """`integrate_memory` adds h z'(v) to (dtheta, dphi, dpsi), for a velocity other than the last one, too."""
+    step, v = 2e-3, rng.normal(size=state.v.shape)
+    z = state.z.copy()
+    integrate_memory(moving.columns, moving.contacts, moving.contact_columns, v, step, z)
+    for contact, jacobian, before, after in zip(moving.contacts, moving.jacobian, state.z, z, strict=True):
+        rate = np.linalg.solve(contact_J_delta(contact), jacobian @ v)
+        np.testing.assert_allclose(after, before + step * rate[1:], rtol=0.0, atol=1e-13)
+
+
 # --------------------------------------------------------------------------------------------------------------- forces
 
 
@@ -340,7 +351,7 @@ def test_object_gets_minus_the_wrench_of_the_tips(task: Task, state: State, movi
     world, nv = task.world, task.world.model.nv
     generalised = np.zeros(nv)
     generalized_force(
-        moving.columns, moving.contacts, moving.jacobian, np.zeros(nv), np.zeros(world.n_joints), generalised
+        moving.columns, moving.contacts, moving.contact_columns, np.zeros(nv), np.zeros(world.n_joints), generalised
     )
     on_tips = []
     for contact in moving.contacts:
@@ -541,7 +552,6 @@ def slip_coordinates(plant: Plant, state: State) -> tuple[Array, Array]:
             plant.pads[i],
             plant.contacts[i],
             plant.columns[i],
-            plant.world.model.nv - 6,
             plant.snapshot.poses[-1],
             plant.snapshot.J,
             state.v,

@@ -360,18 +360,18 @@ def test_second_reader_finds_the_same_limits(second_reader: yourdfpy.URDF, world
         assert found == (limit.lower, limit.upper, limit.effort, limit.velocity)
 
 
-def test_second_reader_finds_the_same_tips(
-    second_reader: yourdfpy.URDF, world: World, rng: np.random.Generator
-) -> None:
-    """Both readers put the tip frames at the same poses at random joint angles."""
-    angles = rng.uniform(*world.position_limits)
-    second_reader.update_cfg(dict(zip(world.joint_names, angles, strict=True)))
+def test_second_reader_finds_the_same_tips(task: Task, rng: np.random.Generator) -> None:
+    """Both readers put the tip frames of every hand at the same poses at random joint angles."""
+    world = task.world
+    second = yourdfpy.URDF.load(str(world.hand_urdf), load_meshes=False, build_scene_graph=True)
+    angles = rng.uniform(-0.5, 1.0, world.n_joints)
+    second.update_cfg(dict(zip(world.joint_names, angles, strict=True)))
     q = pin.neutral(world.model)
     world.set_joint_position(angles, q)
     poses = Bodies(world).poses(q)
     for tip in world.tips:
         R, p = poses[tip.joint]
-        expected = second_reader.get_transform(tip.name)
+        expected = second.get_transform(tip.name)
         np.testing.assert_allclose(p + R @ tip.position, expected[:3, 3], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(R @ tip.rotation, expected[:3, :3], rtol=0.0, atol=1e-12)
 

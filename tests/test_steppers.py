@@ -96,6 +96,36 @@ def test_positions_and_memory_converge_at_least_as_fast(name: str) -> None:
     assert np.all(slopes > ORDERS[name] - 0.25)
 
 
+FAST_STEPS = {
+    "semi-implicit-euler": (4e-5, 2e-5, 1e-5),
+    "midpoint": (4e-5, 2e-5, 1e-5),
+    "rk4": (2e-4, 1e-4, 5e-5),
+}
+
+
+def fling(stepper: Stepper) -> Array:
+    """Velocities 4 ms after the joints were set in motion at up to 7 rad/s, so that velocity terms count."""
+    task = reference_task()
+    plant, state = task.plant(), task.grasp.state.copy()
+    torque = holding_torque(plant, state)
+    n = task.world.n_joints
+    state.v[:n] = 60.0 * pushed(task).v[:n]
+    integration = stepper.start(plant)
+    for _ in range(round(4e-3 / stepper.step)):
+        integration.advance(state, torque)
+    return state.v
+
+
+@pytest.mark.parametrize("name", list(ORDERS))
+def test_order_of_convergence_of_fast_joints(name: str) -> None:
+    """The order holds where Coriolis and centrifugal terms matter."""
+    exact = fling(STEPPERS["adaptive"](step=1e-3, rtol=1e-13, atol=1e-15))
+    steps = np.array(FAST_STEPS[name])
+    found = [np.max(np.abs(fling(STEPPERS[name](step=step)) - exact)) for step in steps]
+    slope = np.polyfit(np.log(steps), np.log(found), 1)[0]
+    assert slope == pytest.approx(ORDERS[name], abs=0.25)
+
+
 def test_adaptive_error_follows_its_tolerance() -> None:
     """Tightening the tolerance of the adaptive stepper lowers its error, and its default is below 1e-7 rad/s."""
     adaptive = STEPPERS["adaptive"]

@@ -4,57 +4,52 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from softhand.compiled import compiled
 
 
 @compiled
-def contact_jacobian(contact, tip_columns, object_column, J, jacobian):
-    """Rows (v_x, v_y, v_z, w_z) of [J_CF, -J_O] in C_F, in the velocities of the rigid-body model.
+def contact_jacobian(contact, columns, object_column, J, jacobian):
+    """Columns of [J_CF, -J_O] in C_F that are not zero, in the velocities of the rigid-body model.
 
-    jacobian . v is the velocity of the tip's material point at the contact relative to the object's, Eqs. (35), (42).
+    Row a of `jacobian` is (v_x, v_y, v_z, w_z), the velocity of the tip's material point at the contact relative to the
+    object's, for the velocity `columns[a]`, Eqs. (35), (42).
 
     Args:
         contact: one row of `records.CONTACT`, after `place_contact`.
-        tip_columns: velocity indices that move the tip, padded with -1.
+        columns: velocities that move the tip, then the six of the object, padded with -1, shape (width,).
         object_column: first of the six velocity indices of the object.
         J: world Jacobians of `Snapshot`, shape (6, nv).
-        jacobian: shape (4, nv); only columns of the tip and of the object are written.
+        jacobian: set, shape (width, 4).
     """
-    for k in range(tip_columns.shape[0]):
-        if tip_columns[k] < 0:
-            break
-        _contact_column(contact, J, tip_columns[k], 1.0, jacobian)
-    for column in range(object_column, object_column + 6):
-        _contact_column(contact, J, column, -1.0, jacobian)
-
-
-@compiled
-def _contact_column(contact, J, column, sign, jacobian):
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
-    wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
-    vx = sign * J[0, column] + wy * pz - wz * py
-    vy = sign * J[1, column] + wz * px - wx * pz
-    vz = sign * J[2, column] + wx * py - wy * px
     R = contact.rotation
-    for row in range(3):
-        jacobian[row, column] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
-    jacobian[3, column] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
+    for a in range(columns.shape[0]):
+        column = columns[a]
+        if column < 0:
+            break
+        sign = 1.0 if column < object_column else -1.0
+        wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
+        vx = sign * J[0, column] + wy * pz - wz * py
+        vy = sign * J[1, column] + wz * px - wx * pz
+        vz = sign * J[2, column] + wx * py - wy * px
+        for row in range(3):
+            jacobian[a, row] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
+        jacobian[a, 3] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
 
 
 @compiled
-def relative_velocity(tip_columns, object_column, jacobian, v, velocity):
-    """velocity = jacobian v, over the columns that move the tip and the object only."""
-    for row in range(4):
-        value = 0.0
-        for k in range(tip_columns.shape[0]):
-            if tip_columns[k] < 0:
-                break
-            value += jacobian[row, tip_columns[k]] * v[tip_columns[k]]
-        for column in range(object_column, object_column + 6):
-            value += jacobian[row, column] * v[column]
-        velocity[row] = value
+def relative_velocity(columns, jacobian, v, velocity):
+    """velocity = [J_CF, -J_O] v, shape (4,)."""
+    x, y, z, w = 0.0, 0.0, 0.0, 0.0
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        speed = v[columns[a]]
+        x += jacobian[a, 0] * speed
+        y += jacobian[a, 1] * speed
+        z += jacobian[a, 2] * speed
+        w += jacobian[a, 3] * speed
+    velocity[0], velocity[1], velocity[2], velocity[3] = x, y, z, w
 
 
 @compiled
@@ -77,13 +72,13 @@ def deformation_rate(contact, velocity, rate):
 
 @compiled
 def integrate_memory(columns, contacts, jacobian, v, step, z):
-    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation."""
-    velocity, rate = np.empty(4), np.empty(4)
+    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation; sets the velocities at v."""
     for i in range(contacts.shape[0]):
-        relative_velocity(columns[i], v.shape[0] - 6, jacobian[i], v, velocity)
-        deformation_rate(contacts[i], velocity, rate)
+        contact = contacts[i]
+        relative_velocity(columns[i], jacobian[i], v, contact.velocity)
+        deformation_rate(contact, contact.velocity, contact.deformation_rate)
         for k in range(3):
-            z[i, k] += step * rate[1 + k]
+            z[i, k] += step * contact.deformation_rate[1 + k]
 
 
 @compiled
@@ -107,7 +102,7 @@ def deformation_jacobian(distance, sin_Phi, cos_Phi, J_delta):
 
 
 @compiled
-def contact_coordinates(pad, contact, tip_columns, object_column, object_pose, J, v, eta, eta_rate):
+def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate):
     """eta = (theta, phi, alpha_o, psi) of (15), (20) and its rate by (38)-(40) for a plane face.
 
     With E = [0 -1; 1 0], a plane (K_go = 0, M_go = I, T_go = 0) and (v, w) the rolling velocity V_C of (35):
@@ -122,8 +117,7 @@ def contact_coordinates(pad, contact, tip_columns, object_column, object_pose, J
     Args:
         pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`, evaluated.
-        tip_columns: velocity indices that move the tip, padded with -1.
-        object_column: first of the six velocity indices of the object.
+        columns: as in `contact_jacobian`.
         object_pose: pose of the object, shape (12,).
         J: world Jacobians of `Snapshot`, shape (6, nv).
         v: velocity, shape (nv,).
@@ -148,7 +142,7 @@ def contact_coordinates(pad, contact, tip_columns, object_column, object_pose, J
     eta[1] = contact.angles[1] + contact.deformation[2]
     eta[2], eta[3] = alpha_x, alpha_y
     eta[4] = Psi - contact.deformation[3]
-    wx, wy = _rolling_rate(contact, tip_columns, object_column, J, v)
+    wx, wy = _rolling_rate(contact, columns, J, v)
     distance, rate = contact.distance, contact.deformation_rate
     vx = contact.velocity[0] - distance * contact.cos_Phi * rate[1]
     vy = contact.velocity[1] - distance * rate[2]
@@ -161,16 +155,16 @@ def contact_coordinates(pad, contact, tip_columns, object_column, object_pose, J
 
 
 @compiled
-def _rolling_rate(contact, tip_columns, object_column, J, v):
+def _rolling_rate(contact, columns, J, v):
     """w_x, w_y of V_C: angular velocity of the tip relative to the object less that of the deformation."""
     x, y, z = 0.0, 0.0, 0.0
-    for k in range(tip_columns.shape[0]):
-        column = tip_columns[k]
+    object_column = v.shape[0] - 6
+    for a in range(columns.shape[0]):
+        column = columns[a]
         if column < 0:
             break
-        x, y, z = x + J[3, column] * v[column], y + J[4, column] * v[column], z + J[5, column] * v[column]
-    for column in range(object_column, object_column + 6):
-        x, y, z = x - J[3, column] * v[column], y - J[4, column] * v[column], z - J[5, column] * v[column]
+        speed = v[column] if column < object_column else -v[column]
+        x, y, z = x + J[3, column] * speed, y + J[4, column] * speed, z + J[5, column] * speed
     R, rate = contact.rotation, contact.deformation_rate
     wx = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z + rate[2]
     wy = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z - contact.cos_Phi * rate[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -38,7 +37,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
 
     Args:
         pads: table `records.PAD`, shape (nc,).
-        columns: velocity indices that move each tip, padded with -1, shape (nc, longest chain).
+        columns: velocities that move each tip, then the object, padded with -1, shape (nc, width).
         poses: `Snapshot.poses`; the object is the last, shape (joints, 12).
         J: `Snapshot.J`, shape (6, nv).
         v: velocity, shape (nv,).
@@ -46,16 +45,15 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
-        jacobian: rows of [J_CF, -J_O], set, shape (nc, 4, nv).
+        jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
     """
     object_pose = poses[poses.shape[0] - 1]
     object_column = v.shape[0] - 6
-    results = np.empty(16)
     for i in range(pads.shape[0]):
         pad, contact = pads[i], contacts[i]
         place_contact(pad, poses[pad.joint], object_pose, contact)
         contact_jacobian(contact, columns[i], object_column, J, jacobian[i])
-        relative_velocity(columns[i], object_column, jacobian[i], v, contact.velocity)
+        relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
         contact.deformation[0] = pad.radius - contact.distance
         for k in range(3):
@@ -66,8 +64,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
         contact_force(contact, contact.deformation_force, contact.force)
         if with_stiffness:
-            _call(pad.stiffness_function, pad.law_arguments, results)
-            _contact_stiffness(contact, results, contact.stiffness)
+            _call(pad.stiffness_function, pad.law_arguments, contact.derivatives)
+            _contact_stiffness(contact, contact.derivatives, contact.stiffness)
 
 
 @compiled

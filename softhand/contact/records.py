@@ -44,6 +44,7 @@ CONTACT = np.dtype(
         ("deformation_rate", np.float64, 4),  # their rates
         ("deformation_force", np.float64, 4),  # Fr [N], Ftheta, Fphi, Fpsi [N m]
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
+        ("derivatives", np.float64, 16),  # what the law gives as stiffness; scratch
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
     ]
 )

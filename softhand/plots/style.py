@@ -116,7 +116,9 @@ def _encode(figure: Figure, ending: str) -> bytes:
     undated = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}[ending]
     buffer = io.BytesIO()
     with rc_context(STYLE):
-        figure.savefig(buffer, format=ending, metadata=undated, **({"pil_kwargs": _FAST_PNG} if ending == "png" else {}))
+        figure.savefig(
+            buffer, format=ending, metadata=undated, **({"pil_kwargs": _FAST_PNG} if ending == "png" else {})
+        )
     return buffer.getvalue()
 
 

@@ -13,7 +13,6 @@ from softhand.settings import Positive
 from softhand.steppers.flow import Flow
 from softhand.steppers.stepper import Integration, Stepper
 
-
 _MOST_SUBSTEPS = 1000  # a run that asks for more is lost: it would crawl for ever
 
 

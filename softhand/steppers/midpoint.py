@@ -56,7 +56,7 @@ class _MidpointIntegration(Integration):
             torque,
             self._step,
             plant.contacts,
-            plant.jacobian,
+            plant.contact_columns,
             self._matrix,
             self._dv,
             state.q,
@@ -98,28 +98,22 @@ def _advance(
 @compiled
 def _add_stiffness(columns, contacts, jacobian, weight, matrix):
     """Lower triangle of matrix += weight J^T K J, K symmetrised."""
-    n = columns.shape[1]
-    nv = matrix.shape[0]
-    KJ = np.empty((4, n + 6))
-    moved = np.empty(n + 6, np.int64)
     for i in range(contacts.shape[0]):
         K = contacts[i].stiffness
-        count = 0
-        for k in range(n):
-            if columns[i, k] >= 0:
-                moved[count] = columns[i, k]
-                count += 1
-        for column in range(nv - 6, nv):
-            moved[count] = column
-            count += 1
-        for a in range(count):
-            for row in range(4):
-                KJ[row, a] = 0.0
-                for k in range(4):
-                    KJ[row, a] += 0.5 * (K[row, k] + K[k, row]) * jacobian[i, k, moved[a]]
-        for a in range(count):
-            for b in range(a + 1):
-                value = 0.0
-                for row in range(4):
-                    value += jacobian[i, row, moved[a]] * KJ[row, b]
-                matrix[moved[a], moved[b]] += weight * value
+        xy, xz, xw = 0.5 * (K[0, 1] + K[1, 0]), 0.5 * (K[0, 2] + K[2, 0]), 0.5 * (K[0, 3] + K[3, 0])
+        yz, yw, zw = 0.5 * (K[1, 2] + K[2, 1]), 0.5 * (K[1, 3] + K[3, 1]), 0.5 * (K[2, 3] + K[3, 2])
+        for b in range(columns.shape[1]):
+            column = columns[i, b]
+            if column < 0:
+                break
+            x, y, z, w = jacobian[i, b, 0], jacobian[i, b, 1], jacobian[i, b, 2], jacobian[i, b, 3]
+            fx = weight * (K[0, 0] * x + xy * y + xz * z + xw * w)
+            fy = weight * (xy * x + K[1, 1] * y + yz * z + yw * w)
+            fz = weight * (xz * x + yz * y + K[2, 2] * z + zw * w)
+            fw = weight * (xw * x + yw * y + zw * z + K[3, 3] * w)
+            for a in range(b, columns.shape[1]):
+                row = columns[i, a]
+                if row < 0:
+                    break
+                J = jacobian[i, a]
+                matrix[row, column] += J[0] * fx + J[1] * fy + J[2] * fz + J[3] * fw

@@ -36,7 +36,15 @@ class _EulerIntegration(Integration):
         plant.update(state.q, state.v, state.z)
         plant.acceleration(torque, self._dv)
         _move(
-            plant.joints, plant.columns, plant.contacts, plant.jacobian, self._dv, self._step, state.q, state.v, state.z
+            plant.joints,
+            plant.columns,
+            plant.contacts,
+            plant.contact_columns,
+            self._dv,
+            self._step,
+            state.q,
+            state.v,
+            state.z,
         )
 
 
