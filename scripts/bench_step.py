@@ -1,10 +1,11 @@
 """Time of one 1 ms step: softhand against MuJoCo on the same hand, box and start.
 
 Both sides run in one process on one core, in many short rounds that take turns; a ratio is the median of the ratios of
-the rounds, its spread their quartiles. Three rows are compared:
+the rounds, its spread their quartiles. Compared are
 
-physics            a step under the torques that hold the start; back to the start after each round, for a grasp under
-                   constant torques is unstable on both sides
+physics only       a step under the torques that hold the start; back to the start after each round, for a grasp under
+                   constant torques is unstable on both sides. MuJoCo's best case: its solver starts from the solution
+physics in motion  a step along the scenario, under the torques that the control law gave before on the same side
 compiled control   a control period with the law (59) of the paper, compiled on both sides, along the scenario
 numpy control      the same with one and the same Python function, the law written in ordinary numpy
 
@@ -67,7 +68,12 @@ PERIOD = 0.001  # [s], of a step and of the control
 ROUND = 50  # steps in a round
 WARM_UP = 5  # rounds that do not count
 SOFTHAND, MUJOCO = "softhand", "MuJoCo"
-ROWS = {"physics": "physics only", "compiled_control": "compiled control", "numpy_control": "numpy control"}
+ROWS = {
+    "physics": "physics only",
+    "physics_in_motion": "physics in motion",
+    "compiled_control": "compiled control",
+    "numpy_control": "numpy control",
+}
 COMPARED = {SOFTHAND: "midpoint", MUJOCO: "implicitfast"}
 PACKAGES = ("softhand", "mujoco", "pin", "numba", "numpy", "scipy")
 COLOURS = {SOFTHAND: "#0072B2", MUJOCO: "#D55E00"}
@@ -146,6 +152,7 @@ class SofthandSide:
         self.reset()
         seen = self.simulation._sensor.observe(self.simulation.state, 0.0)
         self._holding = seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C + seen.N_F
+        self._torque, self._torques = self._holding.copy(), [self._holding]
 
     def reset(self) -> None:
         """Back to the start."""
@@ -160,6 +167,22 @@ class SofthandSide:
         advance, state, torque = self.simulation._integration.advance, self.simulation.state, self._holding
         for _ in range(steps):
             advance(state, torque)
+
+    def record(self, periods: int) -> None:
+        """Keep the torques of a controlled run for `replay`."""
+        self._torques = []
+        self.reset()
+        for _ in range(periods):
+            self.run_control(1)
+            self._torques.append(self.simulation._torque.copy())
+
+    def replay(self, steps: int) -> None:
+        """Steps under the torques that were kept."""
+        advance, state, torque = self.simulation._integration.advance, self.simulation.state, self._torque
+        for kept in self._torques[self.time : self.time + steps]:
+            torque[:] = kept
+            advance(state, torque)
+        self.time += steps
 
     def run_control(self, periods: int) -> None:
         """Control periods with the controller of the simulation."""
@@ -213,6 +236,7 @@ class MujocoSide:
             self._gains.K_O, self._gains.K_v, self._gains.K_N, plant.world.effort_limit, controller.torsion_compensation
         )
         self._further = round(PERIOD / step) - 1
+        self._torques: list[Array] = []
         self._tips = [tip.name for tip in plant.world.tips]
         self.time = 0
 
@@ -230,6 +254,22 @@ class MujocoSide:
     def run_physics_at_once(self, steps: int) -> None:
         """The same in one call, without Python in between."""
         mujoco.mj_step(self.scene.model, self.scene.data, steps)
+
+    def record(self, periods: int) -> None:
+        """Keep the torques of a controlled run for `replay`."""
+        self._torques = []
+        self.reset()
+        for _ in range(periods):
+            self.run_compiled(1)
+            self._torques.append(self.scene.torque.copy())
+
+    def replay(self, steps: int) -> None:
+        """Steps under the torques that were kept, one call each."""
+        model, data, torque, step = self.scene.model, self.scene.data, self.scene.torque, mujoco.mj_step
+        for kept in self._torques[self.time : self.time + steps]:
+            torque[:] = kept
+            step(model, data)
+        self.time += steps
 
     def run_compiled(self, periods: int) -> None:
         """Control periods with the compiled law."""
@@ -321,8 +361,10 @@ class MujocoSide:
         return self.scene.object_pose()
 
     def check(self) -> None:
-        """Raise Void if a contact is lost."""
+        """Raise Void if a contact is lost, or the control could not read MuJoCo's arrays."""
         self.scene.check()
+        if self.time:
+            self.scene.check_views()
 
     def check_sensing(self) -> None:
         """Raise Void if the compiled call, the numpy code and the two laws do not agree."""
@@ -424,7 +466,7 @@ def make_cases(scenario: softhand.Scenario, console: Console) -> list[Case]:
     """All cases, each checked."""
     n_rounds = round(scenario.duration / PERIOD) // ROUND
     cases = [case for case in _physics_cases(scenario) if _is_healthy(case, console)]
-    for case in _control_cases(scenario, n_rounds):
+    for case in _moving_cases(scenario, n_rounds):
         case.verify()
         cases.append(case)
     _check_sensing(scenario)
@@ -442,25 +484,30 @@ def _physics_cases(scenario: softhand.Scenario) -> list[Case]:
     for name in INTEGRATORS:
         other = MujocoSide(simulation, scenario, PERIOD, name)
         cases.append(Case("physics", MUJOCO, name, other, other.run_physics, 1))
-    other = MujocoSide(simulation, scenario, PERIOD, COMPARED[MUJOCO])
-    label = f"{COMPARED[MUJOCO]}, {ROUND} steps in one call"
-    # the call takes all steps at once, so it has no checked run of its own; its marks are those of the single steps
-    cases.append(Case("physics", MUJOCO, label, other, other.run_physics_at_once, 1))
+    at_once, default = (MujocoSide(simulation, scenario, PERIOD, COMPARED[MUJOCO]) for _ in range(2))
+    default.scene.model.opt.disableflags = 0
+    label = COMPARED[MUJOCO]
+    cases.append(Case("physics", MUJOCO, f"{label}, all features on", default, default.run_physics, 1))
+    cases.append(Case("physics", MUJOCO, f"{label}, one call a round", at_once, at_once.run_physics_at_once, 1))
     return cases
 
 
-def _control_cases(scenario: softhand.Scenario, rounds: int) -> list[Case]:
+def _moving_cases(scenario: softhand.Scenario, rounds: int) -> list[Case]:
     stepper, integrator = COMPARED[SOFTHAND], COMPARED[MUJOCO]
     scenario = scenario.with_values({"stepper": {"name": stepper, "step": PERIOD}})
-    ours = SofthandSide(scenario)
+    ours, ours_moving = SofthandSide(scenario), SofthandSide(scenario)
     ours_numpy = SofthandSide(scenario, NumpyRegulation(**scenario.controller.parameters))
-    compiled, numpy, plain = (MujocoSide(ours.simulation, scenario, PERIOD, integrator) for _ in range(3))
+    moving, compiled, numpy, plain = (MujocoSide(ours.simulation, scenario, PERIOD, integrator) for _ in range(4))
+    for side in (ours_moving, moving):
+        side.record(rounds * ROUND)
     return [
+        Case("physics_in_motion", SOFTHAND, stepper, ours_moving, ours_moving.replay, rounds),
+        Case("physics_in_motion", MUJOCO, integrator, moving, moving.replay, rounds),
         Case("compiled_control", SOFTHAND, stepper, ours, ours.run_control, rounds),
         Case("compiled_control", MUJOCO, integrator, compiled, compiled.run_compiled, rounds),
         Case("numpy_control", SOFTHAND, stepper, ours_numpy, ours_numpy.run_control, rounds),
         Case("numpy_control", MUJOCO, integrator, numpy, numpy.run_numpy, rounds),
-        Case("numpy_control", MUJOCO, f"{integrator}, mj_jac and numpy", plain, plain.run_plain, rounds),
+        Case("numpy_control", MUJOCO, f"{integrator}, with mj_jac", plain, plain.run_plain, rounds),
     ]
 
 
@@ -551,8 +598,13 @@ def report(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> dict[
         ],
         "settings": {"step": PERIOD, "steps_per_round": ROUND, "rounds": len(cases[0].microseconds),
                      "mujoco": describe_settings(scene.model)},
-        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
+        "versions": versions(),
     }  # fmt: skip
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of what takes part."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
 def draw_tables(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> list[Table]:

@@ -33,7 +33,7 @@ from softhand.model.configuration import ADDITIVE
 from softhand.model.world import World
 from softhand.plant import Fingertip, Plant, State
 from softhand.references import Desired
-from softhand.sensing import contact_pairs
+from softhand.observation import contact_pairs
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ class Scene:
             _match_law(self.model, self.data, name, pad, contact)
         self._set_start(np.zeros(self._n))
         self.torque = self.data.qfrc_applied[: self._n]
-        self._take_views(plant)
+        self._take_views(world)
         self._holding = self._find_holding(np.asarray(internal_force, dtype=float))
         self.reset()
 
@@ -109,12 +109,15 @@ class Scene:
         return self.data.qpos[-7:].copy()
 
     def check(self) -> None:
-        """Raise Void if a contact is lost or MuJoCo has moved its arrays, which would make the views wrong."""
+        """Raise Void if a contact is lost."""
         if not self.holds:
-            raise Void(f"MuJoCo has {self.data.ncon} contacts at t = {self.data.time:.4f} s, not {self._tips}.")
+            raise Void(f"a contact is lost at {1e3 * self.data.time:.3g} ms, {self.data.ncon} of {self._tips} remain")
+
+    def check_views(self) -> None:
+        """Raise Void if MuJoCo has moved the arrays that `sense` and `control` read."""
         live = (self.data.contact.pos, self.data.contact.frame, self.data.efc_force)
         if any(a.ctypes.data != b.ctypes.data for a, b in zip(live, self._views[:3], strict=True)):
-            raise Void("MuJoCo has moved its contact arrays.")
+            raise Void("MuJoCo has moved its contact arrays")
 
     def sense(self) -> SimpleNamespace:
         """Bring `seen` up to date from the last forward pass of MuJoCo. One compiled call."""
@@ -140,12 +143,12 @@ class Scene:
         self.data.qfrc_applied[: self._n] = torque
         mujoco.mj_forward(self.model, self.data)
 
-    def _take_views(self, plant: Plant) -> None:
+    def _take_views(self, world: World) -> None:
         """Arrays that the kernels read. Contacts lie at the start of MuJoCo's arena, so their views stay good."""
         data, body = self.data, self.model.body(_OBJECT).id
         self._views = (
             data.contact.pos, data.contact.frame, data.efc_force, data.xanchor, data.xaxis, data.xpos[body],
-            data.xmat[body], data.qvel, data.qfrc_bias, plant.columns, self.pairs,
+            data.xmat[body], data.qvel, data.qfrc_bias, _chains(world), self.pairs,
         )  # fmt: skip
         self._record = np.zeros(1, _seen_type(self._tips, self._n, len(self.pairs)))
         self.seen = SimpleNamespace(**{name: self._record[name][0] for name in self._record.dtype.names})
@@ -302,6 +305,14 @@ def _check_order(scene: Scene, world: World) -> None:
         raise Void("MuJoCo lays out its contact forces differently.")
 
 
+def _chains(world: World) -> NDArray[np.int64]:
+    """Joints that move each tip, padded with -1, shape (nc, longest chain)."""
+    chains = np.full((world.n_tips, max(len(tip.columns) for tip in world.tips)), -1, dtype=np.int64)
+    for chain, tip in zip(chains, world.tips, strict=True):
+        chain[: len(tip.columns)] = tip.columns
+    return chains
+
+
 def _contact_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> int:
     return list(data.contact.geom[:, 0]).index(model.geom(name).id)
 
@@ -325,14 +336,14 @@ def _seen_type(nc: int, n: int, pairs: int) -> np.dtype[np.void]:
 
 @compiled
 def _control(
-    point, frame, force, anchor, axis, origin, xmat, qvel, bias, columns, pairs, record, q_Od, f_Nd, gains, torque
+    point, frame, force, anchor, axis, origin, xmat, qvel, bias, chains, pairs, record, q_Od, f_Nd, gains, torque
 ):  # fmt: skip
-    _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, columns, pairs, record)
+    _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, chains, pairs, record)
     _regulate(record[0], q_Od, f_Nd, gains[0], torque)
 
 
 @compiled
-def _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, columns, pairs, record):
+def _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, chains, pairs, record):
     """What the law needs, in frames as softhand's: x and y of a contact are MuJoCo's tangents, z is its normal.
 
     Args:
@@ -345,7 +356,7 @@ def _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, columns,
         xmat: axes of the object frame by rows, shape (9,).
         qvel: velocity, shape (nv,).
         bias: Coriolis, centrifugal and gravity terms, shape (nv,).
-        columns: joints that move each tip, padded with -1, shape (nc, longest chain).
+        chains: joints that move each tip, padded with -1, shape (nc, longest chain).
         pairs: contacts of each internal force, shape (pairs, 2).
         record: set, shape (1,).
     """
@@ -369,18 +380,18 @@ def _sense(point, frame, force, anchor, axis, origin, xmat, qvel, bias, columns,
                 moment += xmat[3 * row + c] * bias[n + 3 + c]
             seen.N_O[3 + k] += T[row, k] * moment
     for i in range(point.shape[0]):
-        _sense_contact(i, point[i], frame[i], force, anchor, axis, origin, T, columns[i], seen)
+        _sense_contact(i, point[i], frame[i], force, anchor, axis, origin, T, chains[i], seen)
     _sense_internal_forces(point, frame, pairs, seen)
 
 
 @compiled
-def _sense_contact(i, point, frame, force, anchor, axis, origin, T, columns, seen):
+def _sense_contact(i, point, frame, force, anchor, axis, origin, T, chain, seen):
     """Force and Jacobian rows of contact i."""
     for row in range(3):
         seen.contact_force[i, row] = force[4 * i + (row + 1) % 3]
     seen.contact_force[i, 3] = force[4 * i + 3]
-    for k in range(columns.shape[0]):
-        joint = columns[k]
+    for k in range(chain.shape[0]):
+        joint = chain[k]
         if joint < 0:
             break
         wx, wy, wz = axis[joint, 0], axis[joint, 1], axis[joint, 2]

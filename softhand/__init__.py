@@ -27,11 +27,11 @@ if TYPE_CHECKING:
         SofthandError,
     )
     from softhand.laws.law import Law
+    from softhand.observation import Observation
     from softhand.plots import draw_run, save_figure
     from softhand.recording import Recording
     from softhand.scenario import Scenario, load_scenario
     from softhand.scenario_file import scenario_names
-    from softhand.sensing import Observation
     from softhand.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.version import __version__
@@ -55,7 +55,7 @@ _HOMES = {
     "recording": ("Recording",),
     "scenario": ("Scenario", "load_scenario"),
     "scenario_file": ("scenario_names",),
-    "sensing": ("Observation",),
+    "observation": ("Observation",),
     "simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),

@@ -16,9 +16,9 @@ from softhand.laws.law import Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
 from softhand.model.world import World
+from softhand.observation import contact_pairs
 from softhand.plant import Fingertip, State
 from softhand.roots import find_root
-from softhand.sensing import contact_pairs
 
 Array = NDArray[np.float64]
 

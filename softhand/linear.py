@@ -80,9 +80,34 @@ def least_norm(A, b, x):
     m, n = A.shape
     wide = m <= n
     size = min(m, n)
-    gram = np.empty((size, size))
-    y = np.empty(size)
+    gram, y = np.empty((size, size)), np.empty(size)
     for i in range(size):
+        if wide:
+            y[i] = b[i]
+        else:
+            y[i] = 0.0
+            for k in range(m):
+                y[i] += A[k, i] * b[k]
+    _gram(A, wide, gram)
+    if _factor_well(gram):
+        _substitute(gram, y)
+    else:
+        _gram(A, wide, gram)
+        _solve_semidefinite(gram, y)
+    for j in range(n):
+        if wide:
+            x[j] = 0.0
+            for i in range(m):
+                x[j] += A[i, j] * y[i]
+        else:
+            x[j] = y[j]
+
+
+@compiled
+def _gram(A, wide, gram):
+    """A A^T if wide, else A^T A."""
+    m, n = A.shape
+    for i in range(gram.shape[0]):
         for j in range(i + 1):
             value = 0.0
             if wide:
@@ -93,44 +118,52 @@ def least_norm(A, b, x):
                     value += A[k, i] * A[k, j]
             gram[i, j] = value
             gram[j, i] = value
-        y[i] = 0.0
-        if wide:
-            y[i] = b[i]
-        else:
-            for k in range(m):
-                y[i] += A[k, i] * b[k]
-    _solve_semidefinite(gram, y)
-    if wide:
-        for j in range(n):
-            x[j] = 0.0
-            for i in range(m):
-                x[j] += A[i, j] * y[i]
-    else:
-        for j in range(n):
-            x[j] = y[j]
+
+
+@compiled
+def _factor_well(A):
+    """Cholesky factor in place, reciprocals on the diagonal; False if A is singular or nearly so."""
+    smallest, largest = math.inf, 0.0
+    for i in range(A.shape[0]):
+        for j in range(i):
+            value = A[i, j]
+            for k in range(j):
+                value -= A[i, k] * A[j, k]
+            A[i, j] = value * A[j, j]
+        pivot = A[i, i]
+        for k in range(i):
+            pivot -= A[i, k] * A[i, k]
+        smallest, largest = min(smallest, pivot), max(largest, pivot)
+        if not smallest > SINGULAR * SINGULAR * largest:
+            return False
+        A[i, i] = 1.0 / math.sqrt(pivot)
+    return True
+
+
+@compiled
+def _substitute(L, y):
+    """y = (L L^T)^-1 y, L from `_factor_well`."""
+    n = L.shape[0]
+    for i in range(n):
+        value = y[i]
+        for k in range(i):
+            value -= L[i, k] * y[k]
+        y[i] = value * L[i, i]
+    for i in range(n - 1, -1, -1):
+        y[i] *= L[i, i]
+        for k in range(i):
+            y[k] -= L[i, k] * y[i]
 
 
 @compiled
 def _solve_semidefinite(S, y):
     """y = S^+ y for a symmetric positive semidefinite S, shape (n, n), which is lost."""
     n = S.shape[0]
-    L, first = np.empty((n, n)), np.zeros(n, np.int64)
-    for i in range(n):
-        for j in range(n):
-            L[i, j] = S[i, j]
-    if factor(L, first) < 0:
-        smallest, largest = L[0, 0], L[0, 0]
-        for i in range(n):
-            smallest, largest = min(smallest, L[i, i]), max(largest, L[i, i])
-        if smallest > SINGULAR * largest:
-            solve(L, first, y)
-            return
-    vectors = L
+    vectors, x = np.empty((n, n)), np.zeros(n)
     diagonalize(S, vectors)
     largest = 0.0
     for k in range(n):
         largest = max(largest, S[k, k])
-    x = np.zeros(n)
     for k in range(n):
         if S[k, k] > SINGULAR * SINGULAR * largest:
             weight = 0.0

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from softhand.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -23,9 +25,9 @@ class Desired:
     """
 
     coordinates: Array
+    coordinates_rate: Array
+    coordinates_acceleration: Array
     internal_force: Array
-    coordinates_rate: Array = field(default_factory=lambda: np.zeros(6))
-    coordinates_acceleration: Array = field(default_factory=lambda: np.zeros(6))
 
 
 class Reference(ABC):
@@ -42,11 +44,12 @@ class Reference(ABC):
     def __init__(
         self, start: ArrayLike, target: ArrayLike, start_force: ArrayLike, target_force: ArrayLike, duration: float
     ) -> None:
-        self._start, self._start_force = np.array(start, dtype=float), np.array(start_force, dtype=float)
-        self._change = np.array(target, dtype=float) - self._start
-        self._force_change = np.array(target_force, dtype=float) - self._start_force
+        first = np.concatenate([start, start_force]).astype(float)
+        self._first, self._change = first, np.concatenate([target, target_force]) - first
         self._duration = duration
-        self.desired = Desired(self._start.copy(), self._start_force.copy())
+        self._now = np.zeros((3, len(first)))  # values, rates, accelerations of pose and force
+        pose, rate, acceleration = self._now[:, :6]
+        self.desired = Desired(pose, rate, acceleration, self._now[0, 6:])
 
     @abstractmethod
     def progress(self, time: float) -> tuple[float, float, float]:
@@ -54,15 +57,16 @@ class Reference(ABC):
 
     def update(self, time: float) -> Desired:
         """Set `desired` for a time [s]: start + s (target - start), component by component."""
-        s, rate, acceleration = self.progress(time)
-        desired = self.desired
-        np.multiply(self._change, s, out=desired.coordinates)
-        desired.coordinates += self._start
-        np.multiply(self._change, rate, out=desired.coordinates_rate)
-        np.multiply(self._change, acceleration, out=desired.coordinates_acceleration)
-        np.multiply(self._force_change, s, out=desired.internal_force)
-        desired.internal_force += self._start_force
-        return desired
+        _move(self._first, self._change, *self.progress(time), self._now)
+        return self.desired
+
+
+@compiled
+def _move(first, change, s, rate, acceleration, now):
+    for k in range(first.shape[0]):
+        now[0, k] = first[k] + s * change[k]
+        now[1, k] = rate * change[k]
+        now[2, k] = acceleration * change[k]
 
 
 class Step(Reference):

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SimulationStopped
+from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
 from softhand.recorder import Recorder
 from softhand.recording import Recording
 from softhand.references import Reference
-from softhand.sensing import Observation, Sensor, contact_pairs
+from softhand.sensing import Sensor
 from softhand.steppers.stepper import Stepper
 from softhand.version import __version__
 

@@ -22,9 +22,10 @@ from softhand.contact.kinematics import (
 from softhand.contact.records import CONTACT, PAD
 from softhand.laws.law import Law
 from softhand.model.configuration import integrate
+from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State, generalized_force
 from softhand.references import Desired
-from softhand.sensing import Observation, Sensor, contact_pairs
+from softhand.sensing import Sensor
 
 PERMUTATION = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
@@ -95,7 +96,7 @@ def seen(task: Task, state: State) -> Observation:
 def observe(task: Task, state: State) -> Observation:
     """The observation at a state."""
     pairs = len(contact_pairs(task.world.n_tips))
-    return Sensor(task.plant(), Desired(np.zeros(6), np.zeros(pairs))).observe(state, 0.0)
+    return Sensor(task.plant(), Desired(*np.zeros((3, 6)), np.zeros(pairs))).observe(state, 0.0)
 
 
 # ------------------------------------------------------------------------------------------------------------- geometry

@@ -31,15 +31,16 @@ from hands import (
 from softhand.errors import GraspError
 from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.model.world import World, load_world
+from softhand.observation import Observation, contact_pairs
 from softhand.plant import State
 from softhand.references import Desired
-from softhand.sensing import Observation, Sensor, contact_pairs
+from softhand.sensing import Sensor
 
 
 def observe(task: Task, state: State) -> Observation:
     """The observation at a state."""
     pairs = len(contact_pairs(task.world.n_tips))
-    return Sensor(task.plant(), Desired(np.zeros(6), np.zeros(pairs))).observe(state, 0.0)
+    return Sensor(task.plant(), Desired(*np.zeros((3, 6)), np.zeros(pairs))).observe(state, 0.0)
 
 
 # ---------------------------------------------------------------------------------------------------------- equilibrium

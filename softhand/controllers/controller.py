@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.sensing import Observation
+from softhand.observation import Observation
 from softhand.settings import Positive, Settings
 
 Torque: TypeAlias = NDArray[np.float64]

@@ -19,7 +19,7 @@ class Snapshot:
     All arrays are live views of Pinocchio's data: they change with the next update. Copy what you keep.
 
     Attributes:
-        M: mass matrix, upper triangle only [kg, kg m, kg m^2], shape (nv, nv).
+        M: mass matrix, upper triangle only, set by `update` only [kg, kg m, kg m^2], shape (nv, nv).
         J: joint Jacobians; column k is the twist that velocity k gives to the bodies it moves: velocity of the point at
             the world origin, then angular velocity, in world axes, shape (6, nv).
         nle: Coriolis, centrifugal and gravity terms, C(q, v) v + N(q), shape (nv,).
@@ -29,6 +29,7 @@ class Snapshot:
 
     def __init__(self, world: World) -> None:
         self._model = world.model
+        self._q = pin.neutral(world.model)
         self._data = world.model.createData()
         self.M: NDArray[np.float64] = self._data.M
         self.J: NDArray[np.float64] = self._data.J
@@ -53,6 +54,12 @@ class Snapshot:
         pin.nonLinearEffects(self._model, self._data, q, v)
 
     def sense(self, q: NDArray[np.float64]) -> None:
-        """Run at configuration q for what a controller needs: M, J, poses and gravity, but no velocity terms."""
-        pin.crba(self._model, self._data, q, _WORLD)
+        """Run at configuration q for what a controller needs: J, poses and gravity; not M, no velocity terms."""
+        pin.computeJointJacobians(self._model, self._data, q)
         pin.computeGeneralizedGravity(self._model, self._data, q)
+        self._q = q
+
+    def mass_matrix(self) -> NDArray[np.float64]:
+        """M, both triangles, at the configuration of the last `sense`, shape (nv, nv). A copy."""
+        upper = pin.crba(self._model, self._data, self._q, _WORLD)
+        return np.triu(upper) + np.triu(upper, 1).T

@@ -113,12 +113,14 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def _encode(figure: Figure, ending: str) -> bytes:
-    undated = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}[ending]
+    options: dict[str, Any] = {
+        "png": {"pil_kwargs": _FAST_PNG},
+        "pdf": {"metadata": {"CreationDate": None}},
+        "svg": {"metadata": {"Date": None}},
+    }[ending]
     buffer = io.BytesIO()
     with rc_context(STYLE):
-        figure.savefig(
-            buffer, format=ending, metadata=undated, **({"pil_kwargs": _FAST_PNG} if ending == "png" else {})
-        )
+        figure.savefig(buffer, format=ending, **options)
     return buffer.getvalue()
 
 

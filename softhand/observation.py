@@ -1,0 +1,166 @@
+"""What a controller sees: everything about the grasp at one instant, as ready arrays."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.compiled import compiled
+from softhand.plant import Plant
+from softhand.references import Desired
+
+Array = NDArray[np.float64]
+
+(
+    JOINT_POSITION,
+    JOINT_VELOCITY,
+    Q_O,
+    OBJECT_TWIST,
+    OBJECT_ROTATION,
+    T_O,
+    FRICTION_USE,
+    ETA,
+    ETA_RATE,
+    J_CF_F,
+    J_CF_TAU,
+    J_O_F,
+    J_O_TAU,
+    K,
+    INTERNAL_FORCE,
+    N_F,
+    N_O,
+) = range(17)
+"""Parts of the one buffer behind an observation, so that a kernel takes one argument and not seventeen."""
+
+
+def _shapes(n: int, nc: int, pairs: int) -> list[tuple[int, ...]]:
+    """Shape of each part, in their order."""
+    return [(n,), (n,), (6,), (6,), (3, 3), (6, 6), (nc,), (nc, 5), (nc, 5), (3 * nc, n), (nc, n), (3 * nc, 6), (nc, 6),
+            (3 * nc, pairs), (pairs,), (n,), (6,)]  # fmt: skip
+
+
+@compiled
+def part(buffer, offsets, which):
+    """One part of the buffer as a flat view."""
+    return buffer[offsets[which] : offsets[which + 1]]
+
+
+@compiled
+def table(buffer, offsets, which, columns):
+    """One part of the buffer as a view with so many columns."""
+    return buffer[offsets[which] : offsets[which + 1]].reshape((-1, columns))
+
+
+def contact_pairs(n_contacts: int) -> list[tuple[int, int]]:
+    """Pairs of contacts that an internal force acts between, in the paper's order: (2, 3), (1, 3), (1, 2), from 0."""
+    return list(combinations(range(n_contacts), 2))[::-1]
+
+
+class Observation:
+    """The grasp at one instant. SI units; world axes unless said otherwise.
+
+    The arrays are live: the next control period overwrites them. Copy what you keep, write to none of them.
+    n joints, nc contacts, np = nc (nc - 1) / 2 pairs of contacts.
+
+    Attributes:
+        time: [s].
+        joint_position: q_F [rad], shape (n,).
+        joint_velocity: q_F' [rad/s], shape (n,).
+        q_O: position of the object frame [m], then roll, pitch, yaw [rad], R = R_z R_y R_x, shape (6,).
+        object_position: its first half, shape (3,).
+        object_rpy: its second half, shape (3,).
+        object_rotation: axes of the object frame, shape (3, 3).
+        object_twist: velocity of the object frame's origin [m/s], then angular velocity [rad/s], shape (6,).
+        T_O: object_twist = T_O q_O', shape (6, 6).
+        contact_point: contact points [m], shape (nc, 3).
+        contact_rotation: axes of the contact frames C_F (x_C, y_C, outward normal of the tip), shape (nc, 3, 3).
+        contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4).
+        contact_angles: Theta, Phi [rad], shape (nc, 2).
+        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (nc, 4).
+        deformation_rate: its rate, shape (nc, 4).
+        tip_position: centres of the hemispheres' flat faces [m], shape (nc, 3).
+        friction_use: |f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,).
+        eta: theta, phi [rad], alpha_o [m] (two), psi [rad] of each contact, shape (nc, 5).
+        eta_rate: its rate by (38)-(40), with the sign of (39) mended, shape (nc, 5).
+        J_CF_f: Jacobian from q_F' to the tip's velocity at the contacts in C_F, rows of the forces, shape (3 nc, n).
+        J_CF_tau: the same, rows of the torsion moments, shape (nc, n).
+        J_O_f: Jacobian from q_O' to the object's velocity at the contacts in C_F, shape (3 nc, 6).
+        J_O_tau: the same, rows of the torsion moments, shape (nc, 6).
+        K: kernel of J_O_f^T, one column a pair of contacts, (58); f_N > 0 squeezes, shape (3 nc, np).
+        internal_force: f_N = K^+ f_C [N], shape (np,).
+        N_F: gravity terms of the joints [N m], shape (n,).
+        N_O: gravity terms of the object in the coordinates q_O, shape (6,).
+        effort_limit: largest torque of each joint [N m], shape (n,).
+        desired: what the reference asks for now.
+        buffer: all arrays that are not those of the contacts, one behind the other, for compiled controllers.
+        offsets: where each part of the buffer begins, see `part` and `table`.
+    """
+
+    def __init__(self, plant: Plant, desired: Desired) -> None:
+        world = plant.world
+        contacts: Any = plant.contacts
+        shapes = _shapes(world.n_joints, world.n_tips, len(contact_pairs(world.n_tips)))
+        self.offsets = np.concatenate([[0], np.cumsum([np.prod(shape) for shape in shapes])]).astype(np.int64)
+        self.buffer = np.zeros(self.offsets[-1])
+        parts: list[Array] = [
+            self.buffer[begin:end].reshape(shape)
+            for begin, end, shape in zip(self.offsets[:-1], self.offsets[1:], shapes, strict=True)
+        ]
+        self.time = 0.0
+        self.desired = desired
+        self.effort_limit = world.effort_limit
+        self.joint_position, self.joint_velocity = parts[JOINT_POSITION], parts[JOINT_VELOCITY]
+        self.q_O, self.object_twist = parts[Q_O], parts[OBJECT_TWIST]
+        self.object_position, self.object_rpy = self.q_O[:3], self.q_O[3:]
+        self.object_rotation, self.T_O = parts[OBJECT_ROTATION], parts[T_O]
+        self.contact_point, self.contact_rotation = contacts["point"], contacts["rotation"]
+        self.contact_force, self.contact_angles = contacts["force"], contacts["angles"]
+        self.deformation, self.deformation_rate = contacts["deformation"], contacts["deformation_rate"]
+        self.tip_position = contacts["tip"]
+        self.friction_use, self.eta, self.eta_rate = parts[FRICTION_USE], parts[ETA], parts[ETA_RATE]
+        self.J_CF_f, self.J_CF_tau = parts[J_CF_F], parts[J_CF_TAU]
+        self.J_O_f, self.J_O_tau = parts[J_O_F], parts[J_O_TAU]
+        self.K, self.internal_force = parts[K], parts[INTERNAL_FORCE]
+        self.N_F, self.N_O = parts[N_F], parts[N_O]
+        self._snapshot = plant.snapshot
+
+    @property
+    def J_CF(self) -> Array:
+        """[J_CF_f; J_CF_tau] with the four rows of each contact together, as in (43), shape (4 nc, n). A copy."""
+        return _interleave(self.J_CF_f, self.J_CF_tau)
+
+    @property
+    def J_O(self) -> Array:
+        """[J_O_f; J_O_tau] with the four rows of each contact together, as in (43), shape (4 nc, 6). A copy."""
+        return _interleave(self.J_O_f, self.J_O_tau)
+
+    @property
+    def M_F(self) -> Array:
+        """Mass matrix of the hand, shape (n, n). A copy."""
+        n = self.joint_position.shape[0]
+        return self._snapshot.mass_matrix()[:n, :n]
+
+    @property
+    def M_O(self) -> Array:
+        """Mass matrix of the object in the coordinates q_O, shape (6, 6). A copy."""
+        n = self.joint_position.shape[0]
+        to_body = np.kron(np.eye(2), self.object_rotation.T) @ self.T_O
+        return to_body.T @ self._snapshot.mass_matrix()[n:, n:] @ to_body
+
+    @property
+    def f_C(self) -> Array:
+        """Contact forces without the torsion moments, (49) [N], shape (3 nc,). A copy."""
+        return self.contact_force[:, :3].ravel()
+
+    @property
+    def tau_C(self) -> Array:
+        """Torsion moments, (49) [N m], shape (nc,). A view."""
+        return self.contact_force[:, 3]
+
+
+def _interleave(force_rows: Array, moment_rows: Array) -> Array:
+    nc, columns = moment_rows.shape
+    return np.concatenate([force_rows.reshape(nc, 3, columns), moment_rows[:, None, :]], axis=1).reshape(-1, columns)
