@@ -31,9 +31,9 @@ from softhand.compiled import compiled
 from softhand.linear import least_norm
 from softhand.model.configuration import ADDITIVE
 from softhand.model.world import World
+from softhand.observation import contact_pairs
 from softhand.plant import Fingertip, Plant, State
 from softhand.references import Desired
-from softhand.observation import contact_pairs
 
 Array = NDArray[np.float64]
 
