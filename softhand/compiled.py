@@ -11,6 +11,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -73,3 +74,20 @@ def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
     with kernel_folder():
         return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+
+
+def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...] = ()) -> Callable[..., Any]:
+    """A call of a compiled function that looks at the types of its arguments only once, here.
+
+    Numba looks at them at every call, which takes longer than many a kernel. The arrays are kept and read anew at each
+    call; what is in them may change, where they lie may not.
+
+    Args:
+        function: made by `compiled`.
+        fixed: its first arguments, the same at each call.
+        varying: examples of the remaining arguments, which the caller gives each time, always of these types.
+    """
+    types = tuple(numba.typeof(argument) for argument in (*fixed, *varying))
+    dispatcher: Any = function
+    dispatcher.compile(types)
+    return partial(dispatcher.overloads[types].entry_point, *fixed)

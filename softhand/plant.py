@@ -31,7 +31,7 @@ class Fingertip:
     face: Face
 
 
-@dataclass
+@dataclass(frozen=True)
 class State:
     """All that the future depends on, given the torques.
 
@@ -44,6 +44,10 @@ class State:
     q: Array
     v: Array
     z: Array
+
+    def __post_init__(self) -> None:
+        for name in ("q", "v", "z"):  # kernels take these arrays as they are
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=np.float64))
 
     def copy(self) -> State:
         """An independent copy."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.compiled import compiled
+from softhand.compiled import compiled, prepared
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,7 @@ class Reference(ABC):
         self._first, self._change = first, np.concatenate([target, target_force]) - first
         self._duration = duration
         self._now = np.zeros((3, len(first)))  # values, rates, accelerations of pose and force
+        self._move = prepared(_move, first, self._change, self._now, varying=(0.0, 0.0, 0.0))
         pose, rate, acceleration = self._now[:, :6]
         self.desired = Desired(pose, rate, acceleration, self._now[0, 6:])
 
@@ -57,12 +58,12 @@ class Reference(ABC):
 
     def update(self, time: float) -> Desired:
         """Set `desired` for a time [s]: start + s (target - start), component by component."""
-        _move(self._first, self._change, *self.progress(time), self._now)
+        self._move(*self.progress(time))
         return self.desired
 
 
 @compiled
-def _move(first, change, s, rate, acceleration, now):
+def _move(first, change, now, s, rate, acceleration):
     for k in range(first.shape[0]):
         now[0, k] = first[k] + s * change[k]
         now[1, k] = rate * change[k]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from softhand.compiled import compiled
+from softhand.compiled import compiled, prepared
 from softhand.contact.kinematics import contact_coordinates
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import least_norm
@@ -45,17 +45,25 @@ class Sensor:
         self._plant = plant
         self._pairs = np.array(contact_pairs(plant.world.n_tips), dtype=np.int64)
         self.observation = Observation(plant, desired)
+        self._state: State | None = None
 
     def observe(self, state: State, time: float) -> Observation:
         """The observation at a state and a time [s]."""
-        plant, seen = self._plant, self.observation
-        snapshot = plant.snapshot
-        snapshot.sense(state.q)
-        seen.time = time
-        _observe(plant.pads, plant.columns, plant.joints, self._pairs, snapshot.poses, snapshot.J, snapshot.gravity,
-                 state.q, state.v, state.z, plant.contacts, plant.contact_columns,
-                 seen.buffer, seen.offsets)  # fmt: skip
-        return seen
+        if state is not self._state:
+            self._prepare(state)
+        self._plant.snapshot.sense(state.q)
+        self._observe()
+        self.observation.time = time
+        return self.observation
+
+    def _prepare(self, state: State) -> None:
+        plant, snapshot, seen = self._plant, self._plant.snapshot, self.observation
+        self._state = state
+        self._observe = prepared(
+            _observe, plant.pads, plant.columns, plant.joints, self._pairs, snapshot.poses, snapshot.J,
+            snapshot.gravity, state.q, state.v, state.z, plant.contacts, plant.contact_columns,
+            seen.buffer, seen.offsets,
+        )  # fmt: skip
 
 
 @compiled

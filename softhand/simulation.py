@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled
+from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller
-from softhand.errors import ControllerError, ScenarioError, SimulationStopped
+from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
 from softhand.recorder import Recorder
@@ -70,7 +70,8 @@ class Simulation:
         self.observation = self._sensor.observation
         n = plant.world.n_joints
         self._torque, self._limited, self._time = np.zeros(n), np.zeros(n, np.int8), np.zeros(())
-        self._Theta = np.full(plant.world.n_tips, np.nan)
+        self._commanded, self._Theta = np.zeros(n), np.full(plant.world.n_tips, np.nan)
+        self._limit = prepared(_limit, self._commanded, self.observation.effort_limit, self._torque, self._limited)
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Simulate from the start to the end.
@@ -91,6 +92,7 @@ class Simulation:
         self.state = self._start.copy()
         self._integration = self._stepper.start(self.plant)
         self._Theta[:] = np.nan
+        self._find_fault = prepared(_find_fault, self.state.v, self.plant.pads, self.plant.contacts, self._Theta)
         began = clock.perf_counter()
         try:
             memory: Any = None
@@ -138,18 +140,21 @@ class Simulation:
         time = round(k * self._period, 12)
         self._reference.update(time)
         observation = self._sensor.observe(self.state, time)
-        fault, finger = _find_fault(self.state.v, self.plant.pads, self.plant.contacts, self._Theta)
+        fault, finger = self._find_fault()
         if fault == DIVERGED:
             raise self._diverged("a velocity is beyond reason or not a number")
         if fault != HEALTHY:
             raise self._left_the_model(fault, finger)
         self._time[...] = time
         if k == 0:
-            memory = self._call(lambda: self._controller.start(observation))
+            try:
+                memory = self._controller.start(observation)
+            except Exception as error:
+                raise self._raised(error) from error
         if k % self._stride == 0:
-            command, memory = self._command(observation, memory)
-            if not _limit(command, observation.effort_limit, self._torque, self._limited):
-                raise self._bad_torque(f"returned a torque with NaN or infinity: {command.tolist()} N m")
+            memory = self._command(observation, memory)
+            if not self._limit():
+                raise self._bad_torque(f"returned a torque with NaN or infinity: {self._commanded.tolist()} N m")
         return memory
 
     def _step(self) -> None:
@@ -160,8 +165,12 @@ class Simulation:
         except FloatingPointError as error:
             raise self._diverged(str(error)) from error
 
-    def _command(self, observation: Observation, memory: Any) -> tuple[NDArray[np.float64], Any]:
-        result = self._call(lambda: self._controller.torque(observation, memory))
+    def _command(self, observation: Observation, memory: Any) -> Any:
+        """Ask the controller; sets `_commanded`, returns the memory."""
+        try:
+            result = self._controller.torque(observation, memory)
+        except Exception as error:
+            raise self._raised(error) from error
         if not (isinstance(result, tuple) and len(result) == 2):
             raise self._bad_torque(f"returned {result!r}; it must return the torque and its memory, two values")
         try:
@@ -173,15 +182,14 @@ class Simulation:
                 f"returned a torque of shape {command.shape}: {command.tolist()}; "
                 f"the hand has {len(self._torque)} joints"
             )
-        return command, result[1]
+        self._commanded[:] = command
+        return result[1]
 
-    def _call(self, function: Callable[[], Any]) -> Any:
-        try:
-            return function()
-        except (ScenarioError, KeyboardInterrupt):
-            raise
-        except Exception as error:
-            raise self._bad_torque(f"raised {type(error).__name__}: {error}") from error
+    def _raised(self, error: Exception) -> SofthandError:
+        """What to raise for an error of the controller: a wrong setting as it is, all else with its name."""
+        if isinstance(error, ScenarioError):
+            return error
+        return self._bad_torque(f"raised {type(error).__name__}: {error}")
 
     def _bad_torque(self, what: str) -> ControllerError:
         name, time = type(self._controller).__name__, float(self._time)

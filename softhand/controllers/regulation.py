@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand.compiled import compiled
+from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller, Torque
 from softhand.errors import ScenarioError
 from softhand.linear import least_norm
@@ -52,7 +52,7 @@ class Regulation(Controller):
     K_N: Gain = 1.5
 
     def start(self, observation: Observation) -> Any:
-        """The gains as one array and room for the torque."""
+        """The compiled law with its gains, and room for the torque."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
         gains = [
             _diagonal("K_O_position", self.K_O_position, 3),
@@ -60,13 +60,17 @@ class Regulation(Controller):
             _diagonal("K_v", self.K_v, n),
             _diagonal("K_N", self.K_N, pairs),
         ]
-        return np.concatenate(gains), np.zeros(n)
+        tau, desired = np.zeros(n), observation.desired
+        law = prepared(
+            _regulation, observation.buffer, observation.offsets, observation.contact_force, desired.coordinates,
+            desired.internal_force, np.concatenate(gains), self.torsion_compensation, tau,
+        )  # fmt: skip
+        return law, tau
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
-        desired, (gains, tau) = observation.desired, memory
-        _regulation(observation.buffer, observation.offsets, observation.contact_force, desired.coordinates,
-                    desired.internal_force, gains, self.torsion_compensation, tau)  # fmt: skip
+        law, tau = memory
+        law()
         return tau, memory
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
@@ -52,6 +56,13 @@ class Snapshot:
         """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""
         pin.crba(self._model, self._data, q, _WORLD)
         pin.nonLinearEffects(self._model, self._data, q, v)
+
+    def updates(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[Callable[[], Any], Callable[[], Any]]:
+        """The two calls of `update` for arrays that stay where they are, to be made one after the other."""
+        return (
+            partial(pin.crba, self._model, self._data, q, _WORLD),
+            partial(pin.nonLinearEffects, self._model, self._data, q, v),
+        )
 
     def sense(self, q: NDArray[np.float64]) -> None:
         """Run at configuration q for what a controller needs: J, poses and gravity; not M, no velocity terms."""

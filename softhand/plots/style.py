@@ -113,14 +113,14 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def _encode(figure: Figure, ending: str) -> bytes:
-    options: dict[str, Any] = {
+    options: dict[str, dict[str, Any]] = {
         "png": {"pil_kwargs": _FAST_PNG},
         "pdf": {"metadata": {"CreationDate": None}},
         "svg": {"metadata": {"Date": None}},
-    }[ending]
+    }
     buffer = io.BytesIO()
     with rc_context(STYLE):
-        figure.savefig(buffer, format=ending, **options)
+        figure.savefig(buffer, format=ending, **options[ending])
     return buffer.getvalue()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled
+from softhand.compiled import compiled, prepared
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
@@ -33,36 +33,32 @@ class Midpoint(Stepper):
 
 class _MidpointIntegration(Integration):
     def __init__(self, plant: Plant, step: float) -> None:
-        nv = plant.world.model.nv
+        model = plant.world.model
         self._plant, self._step = plant, step
-        self._q = np.zeros(plant.world.model.nq)
-        self._v = np.zeros(nv)
-        self._dv = np.zeros(nv)
-        self._matrix = np.zeros((nv, nv))
+        self._q, self._v, self._dv = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
+        self._matrix = np.zeros((model.nv, model.nv))
+        self._torque = np.zeros(plant.world.n_joints)
+        self._mass, self._velocity_terms = plant.snapshot.updates(self._q, self._v)
+        self._state: State | None = None
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
-        plant, snapshot = self._plant, self._plant.snapshot
-        _predict(plant.joints, state.q, state.v, self._dv, self._step, self._q, self._v)
-        snapshot.update(self._q, self._v)
-        _advance(
-            plant.pads,
-            plant.columns,
-            plant.joints,
-            plant.envelope,
-            snapshot.poses,
-            snapshot.J,
-            snapshot.M,
-            snapshot.nle,
-            torque,
-            self._step,
-            plant.contacts,
-            plant.contact_columns,
-            self._matrix,
-            self._dv,
-            state.q,
-            state.v,
-            state.z,
-        )
+        if state is not self._state:
+            self._prepare(state)
+        self._torque[:] = torque
+        self._predict()
+        self._mass()
+        self._velocity_terms()
+        self._move()
+
+    def _prepare(self, state: State) -> None:
+        plant, snapshot, q, v = self._plant, self._plant.snapshot, state.q, state.v
+        self._state = state
+        self._predict = prepared(_predict, plant.joints, q, v, self._dv, self._step, self._q, self._v)
+        self._move = prepared(
+            _move, plant.pads, plant.columns, plant.joints, plant.envelope, snapshot.poses, snapshot.J, snapshot.M,
+            snapshot.nle, self._torque, self._step, plant.contacts, plant.contact_columns, self._matrix, self._dv,
+            q, v, state.z,
+        )  # fmt: skip
 
 
 @compiled
@@ -74,7 +70,7 @@ def _predict(joints, q, v, dv, step, q_middle, v_middle):
 
 
 @compiled
-def _advance(
+def _move(
     pads, columns, joints, envelope, poses, J, M, nle, torque, step, contacts, jacobian, matrix, dv, q, v, z
 ):  # fmt: skip
     """One step from the snapshot at the middle; dv is left for the next prediction."""
