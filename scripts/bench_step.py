@@ -134,7 +134,7 @@ class NumpyRegulation(Regulation):
 
 
 class SofthandSide:
-    """What `Simulation.run` does, without the recorder and in pieces.
+    """What `Simulation.run` does, without the recorder and in pieces; each of them is public.
 
     Args:
         scenario: what to run.
@@ -147,24 +147,20 @@ class SofthandSide:
 
     def __init__(self, scenario: softhand.Scenario, controller: softhand.Controller | None = None) -> None:
         self.simulation = softhand.build(scenario, controller)
-        self._start = self.simulation.state.copy()
-        self._memory: Any = None
         self.reset()
-        seen = self.simulation._sensor.observe(self.simulation.state, 0.0)
+        seen = self.simulation.sample()
         self._holding = seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C + seen.N_F
         self._torque, self._torques = self._holding.copy(), [self._holding]
+        self.reset()
 
     def reset(self) -> None:
         """Back to the start."""
-        simulation = self.simulation
-        simulation.state = self._start.copy()
-        simulation._integration = simulation._stepper.start(simulation.plant)
-        simulation._Theta[:] = np.nan
+        self.simulation.reset()
         self.time = 0
 
     def run_physics(self, steps: int) -> None:
         """Steps under the holding torques."""
-        advance, state, torque = self.simulation._integration.advance, self.simulation.state, self._holding
+        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self._holding
         for _ in range(steps):
             advance(state, torque)
 
@@ -174,11 +170,11 @@ class SofthandSide:
         self.reset()
         for _ in range(periods):
             self.run_control(1)
-            self._torques.append(self.simulation._torque.copy())
+            self._torques.append(self.simulation.torque.copy())
 
     def replay(self, steps: int) -> None:
         """Steps under the torques that were kept."""
-        advance, state, torque = self.simulation._integration.advance, self.simulation.state, self._torque
+        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self._torque
         for kept in self._torques[self.time : self.time + steps]:
             torque[:] = kept
             advance(state, torque)
@@ -186,11 +182,10 @@ class SofthandSide:
 
     def run_control(self, periods: int) -> None:
         """Control periods with the controller of the simulation."""
-        sample, step, memory = self.simulation._sample, self.simulation._step, self._memory
-        for k in range(self.time, self.time + periods):
-            memory = sample(k, memory)
+        sample, step = self.simulation.sample, self.simulation.step
+        for _ in range(periods):
+            sample()
             step()
-        self._memory = memory
         self.time += periods
 
     def object_pose(self) -> Array:

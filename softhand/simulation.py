@@ -38,10 +38,20 @@ _FASTEST = 1e3  # [m/s, rad/s] faster than any hand: the run has diverged
 class Simulation:
     """One run: a plant at its start, a controller, a stepper and a reference.
 
+    `run` does it all. Or drive it yourself, a control period at a time:
+
+        simulation.reset()
+        while simulation.time < 1.0:
+            observation = simulation.sample()   # the controller has spoken: simulation.torque
+            simulation.step()
+
     Attributes:
         plant: hand, object and contacts.
-        state: where they are; `run` starts at the start and moves it on.
+        state: where they are.
+        integration: the stepper at work on `state`.
         observation: what the controller sees; live.
+        torque: joint torques that the next `step` holds [N m], shape (n,); set by `sample`, yours to change after it.
+        torque_limited: 1 where an effort limit cut the command, shape (n,).
         scenario: TOML text that the run can be repeated from; goes into the recording.
     """
 
@@ -56,22 +66,65 @@ class Simulation:
         control_period: float,
         scenario: str = "",
     ) -> None:
-        self.plant = plant
-        self.state = start.copy()
-        self._start, self._stepper = start, stepper
-        self._controller = controller
-        self._reference = reference
+        n, nc = plant.world.n_joints, plant.world.n_tips
+        self.plant, self.state, self.scenario = plant, start.copy(), scenario
+        self._start, self._stepper, self._controller, self._reference = start, stepper, controller, reference
         self._period = control_period
         self._periods = round(duration / control_period)
         self._steps = round(control_period / stepper.step)
         self._stride = _whole_periods(controller, control_period)
-        self.scenario = scenario
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
-        n = plant.world.n_joints
-        self._torque, self._limited, self._time = np.zeros(n), np.zeros(n, np.int8), np.zeros(())
-        self._commanded, self._Theta = np.zeros(n), np.full(plant.world.n_tips, np.nan)
-        self._limit = prepared(_limit, self._commanded, self.observation.effort_limit, self._torque, self._limited)
+        self.torque, self.torque_limited = np.zeros(n), np.zeros(n, np.int8)
+        self._command, self._Theta, self._time = np.zeros(n), np.zeros(nc), np.zeros(())
+        self._limit = prepared(_limit, self._command, self.observation.effort_limit, self.torque, self.torque_limited)
+        self._find_fault = prepared(_find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
+        self.integration = stepper.start(plant)
+        self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s] of the next sample."""
+        return round(self._k * self._period, 12)
+
+    def reset(self) -> None:
+        """Back to the start."""
+        for now, start in zip((self.state.q, self.state.v, self.state.z),
+                              (self._start.q, self._start.v, self._start.z), strict=True):  # fmt: skip
+            now[...] = start
+        self._k, self._memory = 0, None
+        self.integration.restart()
+        self.torque[:], self.torque_limited[:], self._Theta[:], self._time[...] = 0.0, 0, np.nan, 0.0
+
+    def sample(self) -> Observation:
+        """Observe, ask the controller, apply the effort limits.
+
+        Raises:
+            ControllerError: the controller raised, or returned no torque.
+            SimulationStopped: the state is beyond reason, or a contact has left the range of the model.
+        """
+        time = self.time
+        self._reference.update(time)
+        observation = self._sensor.observe(self.state, time)
+        fault, finger = self._find_fault()
+        if fault != HEALTHY:
+            raise self._stopped(fault, finger)
+        self._time[...] = time
+        if self._k % self._stride == 0:
+            self._ask(observation)
+            if not self._limit():
+                raise self._bad_torque(f"returned a torque with NaN or infinity: {self._command.tolist()} N m")
+        return observation
+
+    def step(self) -> None:
+        """Hold the torques for one control period."""
+        try:
+            for _ in range(self._steps):
+                self.integration.advance(self.state, self.torque)
+        except FloatingPointError as error:
+            raise self._diverged(str(error)) from error
+        self._k += 1
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Simulate from the start to the end.
@@ -88,23 +141,18 @@ class Simulation:
                 carry `.recording` with all samples so far.
         """
         recorder = self._allocate()
-        self._compile()
-        self.state = self._start.copy()
-        self._integration = self._stepper.start(self.plant)
-        self._Theta[:] = np.nan
-        self._find_fault = prepared(_find_fault, self.state.v, self.plant.pads, self.plant.contacts, self._Theta)
+        self.reset()
         began = clock.perf_counter()
         try:
-            memory: Any = None
             for k in range(self._periods + 1):
-                memory = self._sample(k, memory)
+                self.sample()
                 recorder.record()
                 if k == 0:
                     began = clock.perf_counter()  # the first sample may compile the controller
                 if progress is not None and k % _REPORT_EVERY == 0:
-                    progress(k * self._period)
+                    progress(self.time)
                 if k < self._periods:
-                    self._step()
+                    self.step()
         except SimulationStopped as stop:
             message = f"{stop}{self._approach(recorder)}"
             stop.args = (message,)
@@ -117,7 +165,7 @@ class Simulation:
                 message, recording=self._finish(recorder, began, message), reason="interrupted", time=time
             ) from interrupt
         if progress is not None:
-            progress(self._periods * self._period)
+            progress(self.time)
         return self._finish(recorder, began, "")
 
     def _allocate(self) -> Recorder:
@@ -131,44 +179,12 @@ class Simulation:
                 value=self._periods * self._period,
             ) from error
 
-    def _compile(self) -> None:
-        """Let numba compile what a step needs, so that the clock of the run does not count it."""
-        self._stepper.start(self.plant).advance(self._start.copy(), np.zeros_like(self._torque))
-
-    def _sample(self, k: int, memory: Any) -> Any:
-        """Observation and torque of control period k."""
-        time = round(k * self._period, 12)
-        self._reference.update(time)
-        observation = self._sensor.observe(self.state, time)
-        fault, finger = self._find_fault()
-        if fault == DIVERGED:
-            raise self._diverged("a velocity is beyond reason or not a number")
-        if fault != HEALTHY:
-            raise self._left_the_model(fault, finger)
-        self._time[...] = time
-        if k == 0:
-            try:
-                memory = self._controller.start(observation)
-            except Exception as error:
-                raise self._raised(error) from error
-        if k % self._stride == 0:
-            memory = self._command(observation, memory)
-            if not self._limit():
-                raise self._bad_torque(f"returned a torque with NaN or infinity: {self._commanded.tolist()} N m")
-        return memory
-
-    def _step(self) -> None:
-        """One control period under held torques."""
+    def _ask(self, observation: Observation) -> None:
+        """Ask the controller; sets the command and its memory."""
         try:
-            for _ in range(self._steps):
-                self._integration.advance(self.state, self._torque)
-        except FloatingPointError as error:
-            raise self._diverged(str(error)) from error
-
-    def _command(self, observation: Observation, memory: Any) -> Any:
-        """Ask the controller; sets `_commanded`, returns the memory."""
-        try:
-            result = self._controller.torque(observation, memory)
+            if self._k == 0:
+                self._memory = self._controller.start(observation)
+            result = self._controller.torque(observation, self._memory)
         except Exception as error:
             raise self._raised(error) from error
         if not (isinstance(result, tuple) and len(result) == 2):
@@ -177,13 +193,13 @@ class Simulation:
             command = np.asarray(result[0], dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise self._bad_torque(f"returned {result[0]!r} as torque, which is no array of numbers") from error
-        if command.shape != self._torque.shape:
+        if command.shape != self._command.shape:
             raise self._bad_torque(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; "
-                f"the hand has {len(self._torque)} joints"
+                f"the hand has {len(self._command)} joints"
             )
-        self._commanded[:] = command
-        return result[1]
+        self._command[:] = command
+        self._memory = result[1]
 
     def _raised(self, error: Exception) -> SofthandError:
         """What to raise for an error of the controller: a wrong setting as it is, all else with its name."""
@@ -192,7 +208,7 @@ class Simulation:
         return self._bad_torque(f"raised {type(error).__name__}: {error}")
 
     def _bad_torque(self, what: str) -> ControllerError:
-        name, time = type(self._controller).__name__, float(self._time)
+        name, time = type(self._controller).__name__, self.time
         return ControllerError(
             f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
         )
@@ -206,7 +222,9 @@ class Simulation:
             time=time,
         )
 
-    def _left_the_model(self, fault: int, finger: int) -> SimulationStopped:
+    def _stopped(self, fault: int, finger: int) -> SimulationStopped:
+        if fault == DIVERGED:
+            return self._diverged("a velocity is beyond reason or not a number")
         contact = self.plant.contacts[finger]
         name, time = self.plant.world.tips[finger].name, float(self._time)
         Phi = math.degrees(contact["angles"][1])
@@ -238,8 +256,8 @@ class Simulation:
             "time": self._time,
             "joint_position": seen.joint_position,
             "joint_velocity": seen.joint_velocity,
-            "joint_torque": self._torque,
-            "torque_limited": self._limited,
+            "joint_torque": self.torque,
+            "torque_limited": self.torque_limited,
             "q_O": seen.q_O,
             "object_twist": seen.object_twist,
             "internal_force": seen.internal_force,

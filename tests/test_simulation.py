@@ -196,3 +196,26 @@ def test_observation_arrays_agree_with_each_other():
     np.testing.assert_array_equal(seen.M_F, seen.M_F.T)
     np.testing.assert_allclose(seen.M_O[:3, :3], 0.2 * np.eye(3), atol=1e-12)
     assert np.all(np.linalg.eigvalsh(seen.M_F) > 0)
+
+
+def test_driving_by_hand_is_what_run_does():
+    """reset, sample and step, a period at a time, give the samples of `run`, also when begun anew."""
+    simulation = build(scenario())
+    recording = simulation.run()
+    for _ in range(2):
+        simulation.reset()
+        for k in range(20):
+            seen = simulation.sample()
+            assert simulation.time == pytest.approx(1e-3 * k) and seen.time == simulation.time
+            assert np.array_equal(seen.object_position, recording.object_position[k])
+            assert np.array_equal(simulation.torque, recording.joint_torque[k])
+            simulation.step()
+
+
+def test_the_torque_is_open_to_the_caller_between_sample_and_step():
+    """What the caller writes to `torque` after `sample` is what `step` holds."""
+    simulation = build(scenario())
+    simulation.sample()
+    simulation.torque[:] = 0.0
+    simulation.step()
+    assert simulation.sample().joint_velocity[1] != 0.0

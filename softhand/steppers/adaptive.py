@@ -40,6 +40,9 @@ class _AdaptiveIntegration(Integration):
         self._y = np.zeros(self._flow.size)
         self._first_step: float | None = None
 
+    def restart(self) -> None:
+        self._first_step = None
+
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         flow, settings = self._flow, self._settings
         flow.gather(state, self._y)

@@ -50,6 +50,9 @@ class _MidpointIntegration(Integration):
         self._velocity_terms()
         self._move()
 
+    def restart(self) -> None:
+        self._dv[:] = 0.0
+
     def _prepare(self, state: State) -> None:
         plant, snapshot, q, v = self._plant, self._plant.snapshot, state.q, state.v
         self._state = state

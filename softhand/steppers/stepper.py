@@ -26,8 +26,11 @@ class Stepper(Settings, ABC):
 
 
 class Integration(ABC):
-    """A stepper at work on one plant."""
+    """A stepper at work on one plant. Fastest with one `State` that it moves on again and again."""
 
     @abstractmethod
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         """Move `state` on by one step, in place, with the joint torques [N m] held, shape (n,)."""
+
+    def restart(self) -> None:  # noqa: B027  most steppers have nothing to forget
+        """Forget the steps before, so that the next one starts from its state alone."""
