@@ -4,7 +4,8 @@ Target A with the law (59) compiled on both sides, its torque held for 1 ms, ste
 minimum-jerk and the step reference. Each side is compared with its own converged run, for their contacts are different
 models: softhand with its error-controlled stepper at a tight tolerance, MuJoCo with RK4 and a tight contact solver at
 1/64 ms. The error is the largest deviation of the object's position and orientation among the samples of every 10 ms.
-The wall time is that of the whole loop with control, without recording, the best of some passes.
+The wall time is that of the whole loop with control, without recording, the best of some passes. MuJoCo runs with its
+default feature flags.
 
 A run that loses a contact, leaves the range of the fingertip model or diverges has no error; the table says what
 happened. MuJoCo's `RK4` also runs with a contact solver tighter than the default, which otherwise limits its accuracy.

@@ -9,6 +9,11 @@ physics in motion  a step along the scenario, under the torques that the control
 compiled control   a control period with the law (59) of the paper, compiled on both sides, along the scenario
 numpy control      the same with one and the same Python function, the law written in ordinary numpy
 
+All ratios that count are taken with MuJoCo `implicitfast` and MuJoCo's default feature flags, which is what its users
+get from the model. A second ratio beside each is taken with MuJoCo trimmed: the features that this scene does not use
+(islands, actuators, sensors, limits, springs, ...) are switched off by hand, which is its fastest set-up. The JSON has
+them as `ratio_mujoco_over_softhand` and `ratio_trimmed_mujoco_over_softhand`.
+
 What happens in a control period:
 
 softhand   the loop of `Simulation` without the recorder: reference, observation of the present state, check for faults,
@@ -37,7 +42,7 @@ import platform
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -75,6 +80,7 @@ ROWS = {
     "numpy_control": "numpy control",
 }
 COMPARED = {SOFTHAND: "midpoint", MUJOCO: "implicitfast"}
+TRIMMED = f"{COMPARED[MUJOCO]}, trimmed"
 PACKAGES = ("softhand", "mujoco", "pin", "numba", "numpy", "scipy")
 COLOURS = {SOFTHAND: "#0072B2", MUJOCO: "#D55E00"}
 
@@ -213,6 +219,7 @@ class MujocoSide:
         scenario: what to run.
         step: time step [s], a whole number of them makes a control period.
         integrator: a name of `INTEGRATORS`.
+        trimmed: switch off the features of MuJoCo that the scene does not use.
 
     Attributes:
         scene: the scene.
@@ -220,10 +227,15 @@ class MujocoSide:
     """
 
     def __init__(
-        self, simulation: softhand.Simulation, scenario: softhand.Scenario, step: float, integrator: str
+        self,
+        simulation: softhand.Simulation,
+        scenario: softhand.Scenario,
+        step: float,
+        integrator: str,
+        trimmed: bool = False,
     ) -> None:
         plant = simulation.plant
-        self.scene = Scene(plant, simulation.state, scenario.grasp.internal_force, step, integrator)
+        self.scene = Scene(plant, simulation.state, scenario.grasp.internal_force, step, integrator, trimmed)
         self._reference = reference_of(scenario)
         controller = Regulation(**scenario.controller.parameters)
         self._gains = Gains.of(controller, plant.world.n_joints, len(scenario.grasp.internal_force))
@@ -434,6 +446,11 @@ class Case:
     @property
     def is_compared(self) -> bool:
         """Whether a ratio is made of it."""
+        return self.is_headline or self.method == TRIMMED
+
+    @property
+    def is_headline(self) -> bool:
+        """Whether the ratio that counts is made of it."""
         return self.method == COMPARED[self.side]
 
     def verify(self) -> None:
@@ -479,11 +496,10 @@ def _physics_cases(scenario: softhand.Scenario) -> list[Case]:
     for name in INTEGRATORS:
         other = MujocoSide(simulation, scenario, PERIOD, name)
         cases.append(Case("physics", MUJOCO, name, other, other.run_physics, 1))
-    at_once, default = (MujocoSide(simulation, scenario, PERIOD, COMPARED[MUJOCO]) for _ in range(2))
-    default.scene.model.opt.disableflags = 0
-    label = COMPARED[MUJOCO]
-    cases.append(Case("physics", MUJOCO, f"{label}, all features on", default, default.run_physics, 1))
-    cases.append(Case("physics", MUJOCO, f"{label}, one call a round", at_once, at_once.run_physics_at_once, 1))
+    at_once, trimmed = (MujocoSide(simulation, scenario, PERIOD, COMPARED[MUJOCO], trim) for trim in (False, True))
+    cases.append(Case("physics", MUJOCO, TRIMMED, trimmed, trimmed.run_physics, 1))
+    label = f"{COMPARED[MUJOCO]}, one call a round"
+    cases.append(Case("physics", MUJOCO, label, at_once, at_once.run_physics_at_once, 1))
     return cases
 
 
@@ -492,18 +508,22 @@ def _moving_cases(scenario: softhand.Scenario, rounds: int) -> list[Case]:
     scenario = scenario.with_values({"stepper": {"name": stepper, "step": PERIOD}})
     ours, ours_moving = SofthandSide(scenario), SofthandSide(scenario)
     ours_numpy = SofthandSide(scenario, NumpyRegulation(**scenario.controller.parameters))
-    moving, compiled, numpy, plain = (MujocoSide(ours.simulation, scenario, PERIOD, integrator) for _ in range(4))
-    for side in (ours_moving, moving):
-        side.record(rounds * ROUND)
-    return [
+    ours_moving.record(rounds * ROUND)
+    cases = [
         Case("physics_in_motion", SOFTHAND, stepper, ours_moving, ours_moving.replay, rounds),
-        Case("physics_in_motion", MUJOCO, integrator, moving, moving.replay, rounds),
         Case("compiled_control", SOFTHAND, stepper, ours, ours.run_control, rounds),
-        Case("compiled_control", MUJOCO, integrator, compiled, compiled.run_compiled, rounds),
         Case("numpy_control", SOFTHAND, stepper, ours_numpy, ours_numpy.run_control, rounds),
-        Case("numpy_control", MUJOCO, integrator, numpy, numpy.run_numpy, rounds),
-        Case("numpy_control", MUJOCO, f"{integrator}, with mj_jac", plain, plain.run_plain, rounds),
     ]
+    for label, trim in ((integrator, False), (TRIMMED, True)):
+        moving, compiled, numpy = (MujocoSide(ours.simulation, scenario, PERIOD, integrator, trim) for _ in range(3))
+        moving.record(rounds * ROUND)
+        cases += [
+            Case("physics_in_motion", MUJOCO, label, moving, moving.replay, rounds),
+            Case("compiled_control", MUJOCO, label, compiled, compiled.run_compiled, rounds),
+            Case("numpy_control", MUJOCO, label, numpy, numpy.run_numpy, rounds),
+        ]
+    plain = MujocoSide(ours.simulation, scenario, PERIOD, integrator)
+    return [*cases, Case("numpy_control", MUJOCO, f"{integrator}, with mj_jac", plain, plain.run_plain, rounds)]
 
 
 def _is_healthy(case: Case, console: Console) -> bool:
@@ -511,7 +531,7 @@ def _is_healthy(case: Case, console: Console) -> bool:
     try:
         case.verify()
     except Void as failure:
-        if case.method == COMPARED[case.side]:
+        if case.is_compared:
             raise
         console.print(f"{case.side} {case.method} at {1e3 * PERIOD:g} ms left out: {failure}")
         return False
@@ -520,11 +540,12 @@ def _is_healthy(case: Case, console: Console) -> bool:
 
 def _check_sensing(scenario: softhand.Scenario) -> None:
     """Laws and forces on MuJoCo's side, along the whole run."""
-    side = MujocoSide(softhand.build(scenario), scenario, PERIOD, COMPARED[MUJOCO])
-    for _ in range(round(scenario.duration / PERIOD)):
-        side.check_forces_kept()
-        side.check_sensing()
-        side.run_compiled(1)
+    for trimmed in (False, True):
+        side = MujocoSide(softhand.build(scenario), scenario, PERIOD, COMPARED[MUJOCO], trimmed)
+        for _ in range(round(scenario.duration / PERIOD)):
+            side.check_forces_kept()
+            side.check_sensing()
+            side.run_compiled(1)
 
 
 def _check_softhand_loop(scenario: softhand.Scenario) -> None:
@@ -539,7 +560,7 @@ def _check_softhand_loop(scenario: softhand.Scenario) -> None:
 
 
 def measure(cases: Sequence[Case], rounds: int, console: Console) -> None:
-    """Time all cases in rounds, each round in another order; the two of a ratio one right after the other."""
+    """Time all cases in rounds, each round in another order; those of a ratio one right after the other."""
     shuffle = random.Random(0).shuffle
     groups = _group(cases)
     gc.collect()
@@ -558,9 +579,9 @@ def measure(cases: Sequence[Case], rounds: int, console: Console) -> None:
 
 
 def _group(cases: Sequence[Case]) -> list[list[Case]]:
-    """The pair of each row, and each other case alone."""
-    pairs = [[case for case in cases if case.row == row and case.is_compared] for row in ROWS]
-    return pairs + [[case] for case in cases if not case.is_compared]
+    """Those of each row that ratios are made of, and each other case alone."""
+    compared = [[case for case in cases if case.row == row and case.is_compared] for row in ROWS]
+    return compared + [[case] for case in cases if not case.is_compared]
 
 
 # Results -------------------------------------------------------------------------------------------------------------
@@ -571,20 +592,34 @@ def quartiles(values: Any) -> list[float]:
     return [float(value) for value in np.percentile(values, [25, 50, 75])]
 
 
-def ratios(cases: Sequence[Case]) -> dict[str, list[float]]:
-    """Quartiles of MuJoCo's time over softhand's, round by round, of each row."""
-    times = {case.key: np.array(case.microseconds) for case in cases}
-    return {
-        row: quartiles(times[row, MUJOCO, COMPARED[MUJOCO]] / times[row, SOFTHAND, COMPARED[SOFTHAND]]) for row in ROWS
-    }
+@dataclass(frozen=True)
+class Ratios:
+    """MuJoCo's time over softhand's, quartiles of the rounds, of each row."""
+
+    default: dict[str, list[float]]
+    """With MuJoCo's default feature flags: those that count."""
+    trimmed: dict[str, list[float]]
+    """With the features of MuJoCo switched off that the scene does not use."""
+
+    @classmethod
+    def of(cls, cases: Sequence[Case]) -> Ratios:
+        """Round by round."""
+        times = {case.key: np.array(case.microseconds) for case in cases}
+        return cls(*(
+            {row: quartiles(times[row, MUJOCO, method] / times[row, SOFTHAND, COMPARED[SOFTHAND]]) for row in ROWS}
+            for method in (COMPARED[MUJOCO], TRIMMED)
+        ))  # fmt: skip
 
 
-def report(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+def report(cases: Sequence[Case], found: Ratios) -> dict[str, Any]:
     """All results as plain data."""
-    scene = next(case.runner.scene for case in cases if case.side == MUJOCO)
+    scene = next(case.runner.scene for case in cases if case.side == MUJOCO and case.is_headline)
+    trimmed = next(case.runner.scene for case in cases if case.method == TRIMMED)
     return {
-        "ratio_mujoco_over_softhand": {row: values[1] for row, values in found.items()},
-        "ratio_quartiles": {row: list(values) for row, values in found.items()},
+        "ratio_mujoco_over_softhand": {row: values[1] for row, values in found.default.items()},
+        "ratio_trimmed_mujoco_over_softhand": {row: values[1] for row, values in found.trimmed.items()},
+        "ratio_quartiles": found.default,
+        "ratio_trimmed_quartiles": found.trimmed,
         "compared": COMPARED,
         "microseconds_per_step": [
             {"row": case.row, "side": case.side, "method": case.method, "median": quartiles(case.microseconds)[1],
@@ -592,7 +627,8 @@ def report(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> dict[
             for case in cases
         ],
         "settings": {"step": PERIOD, "steps_per_round": ROUND, "rounds": len(cases[0].microseconds),
-                     "mujoco": describe_settings(scene.model)},
+                     "mujoco": describe_settings(scene.model),
+                     "mujoco_trimmed": describe_settings(trimmed.model)},
         "versions": versions(),
     }  # fmt: skip
 
@@ -602,7 +638,7 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
-def draw_tables(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> list[Table]:
+def draw_tables(cases: Sequence[Case], found: Ratios) -> list[Table]:
     """Medians, and their ratios."""
     times = Table("", "", Column("us", justify="right"), Column("quartiles", justify="right"))
     times.title = f"Time of a {1e3 * PERIOD:g} ms step, one core"
@@ -612,21 +648,27 @@ def draw_tables(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> 
             times.add_row(label, f"{case.side} {case.method}", f"{middle:.2f}", f"{low:.2f} - {high:.2f}")
             label = ""
         times.add_section()
-    ratio = Table("", Column("MuJoCo / softhand", justify="right"), Column("quartiles", justify="right"))
-    for row, (low, middle, high) in found.items():
-        ratio.add_row(ROWS[row], f"{middle:.2f}", f"{low:.2f} - {high:.2f}")
+    headings = ("default flags", "quartiles", "trimmed", "quartiles")
+    ratio = Table("", *(Column(heading, justify="right") for heading in headings))
+    ratio.title = f"MuJoCo {COMPARED[MUJOCO]} / softhand {COMPARED[SOFTHAND]}"
+    for row, label in ROWS.items():
+        cells = []
+        for low, middle, high in (found.default[row], found.trimmed[row]):
+            cells += [f"{middle:.2f}", f"{low:.2f} - {high:.2f}"]
+        ratio.add_row(label, *cells)
     return [times, ratio]
 
 
-def draw(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> Figure:
-    """Bars of the median times with their quartiles; pale what is not compared. Very long bars are cut off."""
+def draw(cases: Sequence[Case], found: Ratios) -> Figure:
+    """Bars of the median times with their quartiles; pale what the headline is not made of. Very long bars are cut."""
     end = 1.5 * max(quartiles(case.microseconds)[2] for case in cases if case.is_compared)
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 0.5 + 0.22 * (len(cases) + 1.5 * len(ROWS))), layout="constrained")
         axes = figure.add_subplot()
         place, ticks = 0.0, []
         for row, label in ROWS.items():
-            title = f"{label}: MuJoCo / softhand = {found[row][1]:.2f}"
+            default, trimmed = found.default[row][1], found.trimmed[row][1]
+            title = f"{label}: MuJoCo / softhand = {default:.2f} (MuJoCo trimmed: {trimmed:.2f})"
             axes.text(0.005 * end, place, title, weight="bold", va="center")
             for case in (case for case in cases if case.row == row):
                 place += 1.0
@@ -644,7 +686,7 @@ def draw(cases: Sequence[Case], found: Mapping[str, Sequence[float]]) -> Figure:
 
 def _draw_bar(axes: Axes, place: float, case: Case, end: float) -> None:
     low, middle, high = quartiles(case.microseconds)
-    axes.barh(place, min(middle, end), 0.75, color=COLOURS[case.side], alpha=1.0 if case.is_compared else 0.45)
+    axes.barh(place, min(middle, end), 0.75, color=COLOURS[case.side], alpha=1.0 if case.is_headline else 0.45)
     if middle > 0.9 * end:
         axes.text(0.99 * end, place, f"{middle:.0f} →", va="center", ha="right")
     else:
@@ -682,7 +724,7 @@ def main() -> int:
     except Void as failure:
         console.print(f"[bold red]The comparison is void:[/] {failure}")
         return 1
-    found = ratios(cases)
+    found = Ratios.of(cases)
     console.print(*draw_tables(cases, found))
     if arguments.json:
         arguments.json.write_text(json.dumps(report(cases, found), indent=2) + "\n")

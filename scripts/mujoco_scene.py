@@ -12,8 +12,9 @@ that creeps; it has no tangential and no torsional spring. Here
   belongs to the paper's law; `impratio` as high as careful users of grasps set it, so that the grasp creeps little;
 * collisions of each tip with the object only, as explicit pairs.
 
-MuJoCo is set up to be fast: what the scene does not use (islands, actuators, sensors, limits, springs, ...) is switched
-off, torques go straight to `qfrc_applied`, and the elliptic cone takes less time than the pyramidal one.
+MuJoCo keeps its default feature flags, as whoever loads a model gets them. `trimmed` switches off what the scene does
+not use (islands, actuators, sensors, limits, springs, ...). In both cases torques go straight to `qfrc_applied`, and
+the elliptic cone takes less time than the pyramidal one.
 """
 
 from __future__ import annotations
@@ -49,6 +50,7 @@ DAMPING_RATIO = 1.0  # of the contacts, as MuJoCo's default
 
 _OBJECT = "object"
 _UNUSED = ("ISLAND", "SENSOR", "ACTUATION", "AUTORESET", "EQUALITY", "FRICTIONLOSS", "LIMIT", "SPRING", "DAMPER")
+_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 _DIFFERENCE = 1e-6  # [m]
 
 
@@ -65,6 +67,7 @@ class Scene:
         internal_force: f_N at the start [N], shape (pairs,).
         step: time step [s].
         integrator: a name of `INTEGRATORS`.
+        trimmed: switch off the features that the scene does not use.
 
     Attributes:
         model: MuJoCo's model; velocity k of the hand is velocity k of softhand's.
@@ -75,12 +78,20 @@ class Scene:
     """
 
     def __init__(
-        self, plant: Plant, start: State, internal_force: ArrayLike, step: float, integrator: str = "implicitfast"
+        self,
+        plant: Plant,
+        start: State,
+        internal_force: ArrayLike,
+        step: float,
+        integrator: str = "implicitfast",
+        trimmed: bool = False,
     ) -> None:
         world = plant.world
         plant.update(start.q, start.v, start.z)
         contacts = plant.contacts.copy()
         self.model = _describe(world, plant.fingertips, contacts["distance"], step, integrator).compile()
+        if trimmed:
+            self.model.opt.disableflags = sum(_flag(name) for name in _UNUSED)
         self.data = mujoco.MjData(self.model)
         self._n, self._tips = world.n_joints, world.n_tips
         self.pairs = np.array(contact_pairs(self._tips), dtype=np.int64)
@@ -109,7 +120,9 @@ class Scene:
         return self.data.qpos[-7:].copy()
 
     def check(self) -> None:
-        """Raise Void if a contact is lost."""
+        """Raise Void if a contact is lost, or if MuJoCo has started anew after numbers beyond reason."""
+        if any(self.data.warning[int(kind)].number for kind in _BAD):
+            raise Void(f"diverges before {1e3 * self.data.time:.3g} ms")
         if not self.holds:
             raise Void(f"a contact is lost at {1e3 * self.data.time:.3g} ms, {self.data.ncon} of {self._tips} remain")
 
@@ -177,8 +190,14 @@ def describe_settings(model: mujoco.MjModel) -> dict[str, Any]:
     return {
         "cone": "elliptic", "condim": 4, "impratio": float(model.opt.impratio), "solver": "Newton",
         "tolerance": float(model.opt.tolerance), "friction": model.pair_friction[:, :3].tolist(),
-        "solref": model.pair_solref.tolist(), "solimp": model.pair_solimp.tolist(), "disabled": list(_UNUSED),
+        "solref": model.pair_solref.tolist(), "solimp": model.pair_solimp.tolist(),
+        "disabled": [name for name in _UNUSED if model.opt.disableflags & _flag(name)],
     }  # fmt: skip
+
+
+def _flag(name: str) -> int:
+    """The bit that switches a feature off."""
+    return int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"))
 
 
 # The scene -----------------------------------------------------------------------------------------------------------
@@ -192,7 +211,6 @@ def _describe(
     option = spec.option
     option.timestep, option.integrator, option.gravity = step, INTEGRATORS[integrator], world.model.gravity.linear
     option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, IMPRATIO
-    option.disableflags = sum(int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")) for name in _UNUSED)
     bodies = _add_bodies(spec, world)
     _add_object(bodies[world.object_joint], world)
     for tip, fingertip, distance in zip(world.tips, fingertips, distances, strict=True):

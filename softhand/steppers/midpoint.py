@@ -32,51 +32,76 @@ class Midpoint(Stepper):
 
 
 class _MidpointIntegration(Integration):
+    """Each step ends with the prediction of the next middle: a step is two calls of Pinocchio and one kernel."""
+
     def __init__(self, plant: Plant, step: float) -> None:
-        model = plant.world.model
+        nq, nv = plant.world.model.nq, plant.world.model.nv
         self._plant, self._step = plant, step
-        self._q, self._v, self._dv = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
-        self._matrix = np.zeros((model.nv, model.nv))
+        self._dv, self._matrix = np.zeros(nv), np.zeros((nv, nv))
         self._torque = np.zeros(plant.world.n_joints)
-        self._mass, self._velocity_terms = plant.snapshot.updates(self._q, self._v)
+        self._ahead = np.full(2 * (nq + nv), np.nan)  # q and v in the middle of the next step, then at its start
+        middle = self._ahead[:nq], self._ahead[nq : nq + nv]
+        self._mass, self._velocity_terms = plant.snapshot.updates(*middle)
         self._state: State | None = None
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         if state is not self._state:
             self._prepare(state)
         self._torque[:] = torque
-        self._predict()
         self._mass()
         self._velocity_terms()
-        self._move()
+        if not self._move():  # the state is not where the last step left it
+            self._predict()
+            self._mass()
+            self._velocity_terms()
+            self._move()
 
     def restart(self) -> None:
         self._dv[:] = 0.0
+        self._ahead[:] = np.nan
 
     def _prepare(self, state: State) -> None:
         plant, snapshot, q, v = self._plant, self._plant.snapshot, state.q, state.v
         self._state = state
-        self._predict = prepared(_predict, plant.joints, q, v, self._dv, self._step, self._q, self._v)
+        self._predict = prepared(_predict, plant.joints, q, v, self._dv, self._step, self._ahead)
         self._move = prepared(
             _move, plant.pads, plant.columns, plant.joints, plant.envelope, snapshot.poses, snapshot.J, snapshot.M,
             snapshot.nle, self._torque, self._step, plant.contacts, plant.contact_columns, self._matrix, self._dv,
-            q, v, state.z,
+            self._ahead, q, v, state.z,
         )  # fmt: skip
 
 
 @compiled
-def _predict(joints, q, v, dv, step, q_middle, v_middle):
-    """q + (h/2) v and v + dv/2."""
-    integrate(joints, q, v, 0.5 * step, q_middle)
-    for k in range(v.shape[0]):
-        v_middle[k] = v[k] + 0.5 * dv[k]
+def _predict(joints, q, v, dv, step, ahead):
+    """ahead = (q + (h/2) v, v + dv/2, q, v)."""
+    nq, nv = q.shape[0], v.shape[0]
+    integrate(joints, q, v, 0.5 * step, ahead[:nq])
+    for k in range(nv):
+        ahead[nq + k] = v[k] + 0.5 * dv[k]
+        ahead[2 * nq + nv + k] = v[k]
+    for k in range(nq):
+        ahead[nq + nv + k] = q[k]
+
+
+@compiled
+def _is_predicted(q, v, ahead):
+    """Whether the middle in `ahead` belongs to this state."""
+    nq, nv = q.shape[0], v.shape[0]
+    same = True
+    for k in range(nq):
+        same = same and ahead[nq + nv + k] == q[k]
+    for k in range(nv):
+        same = same and ahead[2 * nq + nv + k] == v[k]
+    return same
 
 
 @compiled
 def _move(
-    pads, columns, joints, envelope, poses, J, M, nle, torque, step, contacts, jacobian, matrix, dv, q, v, z
+    pads, columns, joints, envelope, poses, J, M, nle, torque, step, contacts, jacobian, matrix, dv, ahead, q, v, z
 ):  # fmt: skip
-    """One step from the snapshot at the middle; dv is left for the next prediction."""
+    """One step from the snapshot at the middle, and the next middle; False if the middle is that of another state."""
+    if not _is_predicted(q, v, ahead):
+        return False
     evaluate_contacts(pads, columns, poses, J, v, z, 0.5 * step, True, contacts, jacobian)
     generalized_force(columns, contacts, jacobian, nle, torque, dv)
     copy_mass(M, envelope, matrix)
@@ -92,6 +117,8 @@ def _move(
     integrate_memory(columns, contacts, jacobian, v, step, z)
     for k in range(v.shape[0]):
         v[k] += 0.5 * dv[k]
+    _predict(joints, q, v, dv, step, ahead)
+    return True
 
 
 @compiled
