@@ -50,6 +50,7 @@ class Simulation:
         state: where they are.
         integration: the stepper at work on `state`.
         observation: what the controller sees; live.
+        time: simulated time [s] of the next sample.
         torque: joint torques that the next `step` holds [N m], shape (n,); set by `sample`, yours to change after it.
         torque_limited: 1 where an effort limit cut the command, shape (n,).
         scenario: TOML text that the run can be repeated from; goes into the recording.
@@ -76,26 +77,23 @@ class Simulation:
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
         self.torque, self.torque_limited = np.zeros(n), np.zeros(n, np.int8)
-        self._command, self._Theta, self._time = np.zeros(n), np.zeros(nc), np.zeros(())
+        self._command, self._Theta = np.zeros(n), np.zeros(nc)
         self._limit = prepared(_limit, self._command, self.observation.effort_limit, self.torque, self.torque_limited)
         self._find_fault = prepared(_find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
         self.integration = stepper.start(plant)
         self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
         self.reset()
 
-    @property
-    def time(self) -> float:
-        """Simulated time [s] of the next sample."""
-        return round(self._k * self._period, 12)
-
     def reset(self) -> None:
         """Back to the start."""
         for now, start in zip((self.state.q, self.state.v, self.state.z),
                               (self._start.q, self._start.v, self._start.z), strict=True):  # fmt: skip
             now[...] = start
-        self._k, self._memory = 0, None
+        self._k, self.time = 0, 0.0
+        self._memory: Any = None
+        self._checked: Any = None
         self.integration.restart()
-        self.torque[:], self.torque_limited[:], self._Theta[:], self._time[...] = 0.0, 0, np.nan, 0.0
+        self.torque[:], self.torque_limited[:], self._Theta[:] = 0.0, 0, np.nan
 
     def sample(self) -> Observation:
         """Observe, ask the controller, apply the effort limits.
@@ -104,13 +102,11 @@ class Simulation:
             ControllerError: the controller raised, or returned no torque.
             SimulationStopped: the state is beyond reason, or a contact has left the range of the model.
         """
-        time = self.time
-        self._reference.update(time)
-        observation = self._sensor.observe(self.state, time)
+        self._reference.update(self.time)
+        observation = self._sensor.observe(self.state, self.time)
         fault, finger = self._find_fault()
         if fault != HEALTHY:
             raise self._stopped(fault, finger)
-        self._time[...] = time
         if self._k % self._stride == 0:
             self._ask(observation)
             if not self._limit():
@@ -125,6 +121,7 @@ class Simulation:
         except FloatingPointError as error:
             raise self._diverged(str(error)) from error
         self._k += 1
+        self.time = round(self._k * self._period, 12)
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Simulate from the start to the end.
@@ -159,7 +156,7 @@ class Simulation:
             stop.recording = self._finish(recorder, began, message)  # type: ignore[attr-defined]
             raise
         except KeyboardInterrupt as interrupt:
-            time = float(recorder["time"][-1]) if len(recorder) else 0.0
+            time = self._period * max(len(recorder) - 1, 0)
             message = f"interrupted at t = {time:g} s"
             raise SimulationStopped(
                 message, recording=self._finish(recorder, began, message), reason="interrupted", time=time
@@ -189,17 +186,22 @@ class Simulation:
             raise self._raised(error) from error
         if not (isinstance(result, tuple) and len(result) == 2):
             raise self._bad_torque(f"returned {result!r}; it must return the torque and its memory, two values")
+        command, self._memory = result
+        if command is not self._checked:  # many controllers write into the same array each time
+            self._check(command)
+        self._command[:] = command
+
+    def _check(self, result: Any) -> None:
         try:
-            command = np.asarray(result[0], dtype=np.float64)
+            command = np.asarray(result, dtype=np.float64)
         except (TypeError, ValueError) as error:
-            raise self._bad_torque(f"returned {result[0]!r} as torque, which is no array of numbers") from error
+            raise self._bad_torque(f"returned {result!r} as torque, which is no array of numbers") from error
         if command.shape != self._command.shape:
             raise self._bad_torque(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; "
                 f"the hand has {len(self._command)} joints"
             )
-        self._command[:] = command
-        self._memory = result[1]
+        self._checked = result if isinstance(result, np.ndarray) else None
 
     def _raised(self, error: Exception) -> SofthandError:
         """What to raise for an error of the controller: a wrong setting as it is, all else with its name."""
@@ -213,8 +215,12 @@ class Simulation:
             f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
         )
 
+    def _last_good(self) -> float:
+        """Time of the previous sample [s]."""
+        return round(max(self._k - 1, 0) * self._period, 12)
+
     def _diverged(self, why: str) -> SimulationStopped:
-        time = float(self._time)
+        time = self._last_good()
         return SimulationStopped(
             f"the run diverged ({why}); the last good time is t = {time:g} s. Try a smaller stepper.step, "
             "the stepper midpoint, which is stable for stiff tips, or lower gains.",
@@ -226,7 +232,7 @@ class Simulation:
         if fault == DIVERGED:
             return self._diverged("a velocity is beyond reason or not a number")
         contact = self.plant.contacts[finger]
-        name, time = self.plant.world.tips[finger].name, float(self._time)
+        name, time = self.plant.world.tips[finger].name, self._last_good()
         Phi = math.degrees(contact["angles"][1])
         what = {
             FLAT: f"is pressed flat (dr = {1e3 * contact['deformation'][0]:.2f} mm)",
@@ -253,7 +259,6 @@ class Simulation:
     def _live(self) -> dict[str, NDArray[Any]]:
         seen, desired = self.observation, self._reference.desired
         return {
-            "time": self._time,
             "joint_position": seen.joint_position,
             "joint_velocity": seen.joint_velocity,
             "joint_torque": self.torque,
@@ -270,7 +275,7 @@ class Simulation:
         }
 
     def _finish(self, recorder: Recorder, began: float, reason: str) -> Recording:
-        variables = recorder.variables()
+        variables = {"time": np.round(np.arange(len(recorder)) * self._period, 12), **recorder.variables()}
         q_O, q_Od, contacts = (variables.pop(name) for name in ("q_O", "q_Od", "contacts"))
         variables["object_position"], variables["object_rpy"] = q_O[:, :3], q_O[:, 3:]
         variables["object_position_desired"], variables["object_rpy_desired"] = q_Od[:, :3], q_Od[:, 3:]
