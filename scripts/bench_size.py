@@ -425,8 +425,9 @@ def parts_of(profile: dict[tuple[str, str], Timed], group: str) -> list[tuple[st
 def draw(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed]) -> Figure:
     """Times over fingers, memory over fingers, and the profile."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.6), layout="constrained")
-        (step, control), (memory, parts) = figure.subplots(2, 2, gridspec_kw={"width_ratios": (1.0, 1.25)})
+        figure = Figure(figsize=(9.0, 6.0), layout="constrained")
+        panels = figure.subplot_mosaic([["step", "control", "memory"], ["parts"] * 3], height_ratios=(1.0, 1.1))
+        step, control, memory, parts = (panels[name] for name in ("step", "control", "memory", "parts"))
         n = np.array([hand.fingers for hand in hands])
         _draw_times(step, hands, "step", COLOURS[0], "")
         step.plot([0, n[-1]], [line.a, line.a + line.b * n[-1]], "--", color="0.4", lw=0.8, zorder=0)
@@ -439,7 +440,7 @@ def draw(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed
             axes.set_ylabel("time [µs]")
         memory.plot(n, [1e-6 * hand.sample_bytes / PERIOD for hand in hands], "o-", ms=4, color=COLOURS[0])
         memory.set_ylabel("memory [MB]")
-        memory.set_title("Memory of a recorded second, 1 sample a ms")
+        memory.set_title("Memory of a recorded second")
         for axes in (step, control, memory):
             axes.set_xlim(0, n[-1] + 0.5)
             axes.set_ylim(bottom=0)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
+from softhand.faults import HEALTHY, approach, diverged, find_fault, stopped
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
 from softhand.recorder import Recorder
@@ -26,13 +27,6 @@ Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
 _REPORT_EVERY = 20  # samples between two calls of the progress function
-
-HEALTHY, DIVERGED, FLAT, APEX, RIM = range(5)
-_FLAT_BELOW = 0.05  # R / r: a hemisphere cannot be pressed flatter
-_APEX_BELOW = 0.01  # cos Phi
-_APEX_JUMP = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
-_APEX_NEAR = math.radians(80.0)  # Phi that is told with any other reason
-_FASTEST = 1e3  # [m/s, rad/s] faster than any hand: the run has diverged
 
 
 class Simulation:
@@ -79,7 +73,7 @@ class Simulation:
         self.torque, self.torque_limited = np.zeros(n), np.zeros(n, np.int8)
         self._command, self._Theta = np.zeros(n), np.zeros(nc)
         self._limit = prepared(_limit, self._command, self.observation.effort_limit, self.torque, self.torque_limited)
-        self._find_fault = prepared(_find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
+        self._find_fault = prepared(find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
         self.integration = stepper.start(plant)
         self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
         self.reset()
@@ -106,7 +100,7 @@ class Simulation:
         observation = self._sensor.observe(self.state, self.time)
         fault, finger = self._find_fault()
         if fault != HEALTHY:
-            raise self._stopped(fault, finger)
+            raise stopped(fault, finger, self.plant, self._last_good())
         if self._k % self._stride == 0:
             self._ask(observation)
             if not self._limit():
@@ -119,7 +113,7 @@ class Simulation:
             for _ in range(self._steps):
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
-            raise self._diverged(str(error)) from error
+            raise diverged(str(error), self._last_good()) from error
         self._k += 1
         self.time = round(self._k * self._period, 12)
 
@@ -219,42 +213,8 @@ class Simulation:
         """Time of the previous sample [s]."""
         return round(max(self._k - 1, 0) * self._period, 12)
 
-    def _diverged(self, why: str) -> SimulationStopped:
-        time = self._last_good()
-        return SimulationStopped(
-            f"the run diverged ({why}); the last good time is t = {time:g} s. Try a smaller stepper.step, "
-            "the stepper midpoint, which is stable for stiff tips, or lower gains.",
-            reason="diverged",
-            time=time,
-        )
-
-    def _stopped(self, fault: int, finger: int) -> SimulationStopped:
-        if fault == DIVERGED:
-            return self._diverged("a velocity is beyond reason or not a number")
-        contact = self.plant.contacts[finger]
-        name, time = self.plant.world.tips[finger].name, self._last_good()
-        Phi = math.degrees(contact["angles"][1])
-        what = {
-            FLAT: f"is pressed flat (dr = {1e3 * contact['deformation'][0]:.2f} mm)",
-            APEX: f"rolls over its apex (Phi = {Phi:.2f} deg), where the paper's coordinates are singular",
-            RIM: f"rolls over its rim (phi = {Phi + math.degrees(contact['deformation'][2]):.1f} deg)",
-        }[fault]
-        return SimulationStopped(
-            f"{name} {what} after t = {time:g} s; the fingertip model ends there. "
-            "If the motion was rough before, the step is too large for this stepper.",
-            reason={FLAT: "flat", APEX: "apex", RIM: "rim"}[fault],
-            time=time,
-            finger=name,
-        )
-
     def _approach(self, recorder: Recorder) -> str:
-        """Which tips came near the apex before, where the paper's law turns stiff without bound."""
-        if not len(recorder):
-            return ""
-        largest = recorder["contacts"]["angles"][:, :, 1].max(axis=0)
-        tips = zip(self.plant.world.tips, largest, strict=True)
-        near = [f"{tip.name} {math.degrees(Phi):.1f} deg" for tip, Phi in tips if Phi > _APEX_NEAR]
-        return f" Largest Phi before, with the apex at 90 deg: {', '.join(near)}." if near else ""
+        return approach(recorder["contacts"]["angles"][:, :, 1], self.plant) if len(recorder) else ""
 
     def _live(self) -> dict[str, NDArray[Any]]:
         seen, desired = self.observation, self._reference.desired
@@ -332,23 +292,3 @@ def _limit(command, effort_limit, torque, limited):
         torque[k] = min(max(command[k], -effort_limit[k]), effort_limit[k])
         limited[k] = torque[k] != command[k]
     return True
-
-
-@compiled
-def _find_fault(v, pads, contacts, Theta):
-    """What ends the run, and at which finger; Theta of the previous sample is brought up to date."""
-    for k in range(v.shape[0]):
-        if not abs(v[k]) < _FASTEST:
-            return DIVERGED, 0
-    for i in range(contacts.shape[0]):
-        contact = contacts[i]
-        phi = contact.angles[1] + contact.deformation[2]
-        if contact.distance < _FLAT_BELOW * pads[i].radius:
-            return FLAT, i
-        turn = abs(contact.angles[0] - Theta[i])
-        Theta[i] = contact.angles[0]
-        if contact.cos_Phi < _APEX_BELOW or min(turn, 2.0 * math.pi - turn) > _APEX_JUMP:
-            return APEX, i
-        if not 0.0 < phi < math.pi:
-            return RIM, i
-    return HEALTHY, 0
