@@ -426,8 +426,8 @@ def draw(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed
     """Times over fingers, memory over fingers, and the profile."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 6.0), layout="constrained")
-        panels = figure.subplot_mosaic([["step", "control", "memory"], ["parts"] * 3], height_ratios=(1.0, 1.1))
-        step, control, memory, parts = (panels[name] for name in ("step", "control", "memory", "parts"))
+        top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.1))
+        (step, control, memory), parts = top.subplots(1, 3), bottom.subplots()
         n = np.array([hand.fingers for hand in hands])
         _draw_times(step, hands, "step", COLOURS[0], "")
         step.plot([0, n[-1]], [line.a, line.a + line.b * n[-1]], "--", color="0.4", lw=0.8, zorder=0)
@@ -464,7 +464,7 @@ def _draw_profile(axes: Axes, profile: dict[tuple[str, str], Timed]) -> None:
             colour = COLOURS[0] if group == BY_STEP else COLOURS[1]
             axes.barh(place, timed.median, 0.75, color=colour, alpha=0.45 if pale else 1.0)
             axes.text(timed.median, place, f" {timed.median:.2f}", va="center", color="0.2", fontsize=7.0)
-            ticks.append((place, f"{part} {group}" if part == WHOLE else part))
+            ticks.append((place, group.replace("one", WHOLE) if part == WHOLE else part))
             place += 1.0
         place += 0.7
     axes.set_yticks([y for y, _ in ticks], [part for _, part in ticks])

@@ -688,7 +688,8 @@ def _draw_bar(axes: Axes, place: float, case: Case, end: float) -> None:
     low, middle, high = quartiles(case.microseconds)
     axes.barh(place, min(middle, end), 0.75, color=COLOURS[case.side], alpha=1.0 if case.is_headline else 0.45)
     if middle > 0.9 * end:
-        axes.text(0.99 * end, place, f"{middle:.0f} →", va="center", ha="right")
+        text = f"{middle:.0f} →" if middle > end else f"{middle:.1f} "
+        axes.text(0.99 * min(middle, end), place, text, va="center", ha="right")
     else:
         axes.plot([low, high], [place, place], color="0.2", linewidth=0.8)
         axes.text(high, place, f" {middle:.1f}", va="center", color="0.2")

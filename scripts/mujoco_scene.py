@@ -445,7 +445,7 @@ def _sense_internal_forces(point, frame, pairs, seen):
     for i in range(point.shape[0]):
         for row in range(3):
             f_C[3 * i + row] = seen.contact_force[i, row]
-    least_norm(seen.K, f_C, seen.internal_force)
+    least_norm(seen.K, False, f_C, seen.internal_force)
 
 
 @compiled
@@ -457,7 +457,7 @@ def _regulate(seen, q_Od, f_Nd, gains, torque):
         wrench[k] = seen.N_O[k] - gains.K_O[k] * (seen.q_O[k] - q_Od[k])
         for i in range(nc):
             wrench[k] -= gains.compensate * seen.J_O_tau[i, k] * seen.contact_force[i, 3]
-    least_norm(seen.J_O_f.T, wrench, f_C)
+    least_norm(seen.J_O_f, True, wrench, f_C)
     for k in range(seen.K.shape[1]):
         internal = seen.internal_force[k] - gains.K_N[k] * (seen.internal_force[k] - f_Nd[k])
         for row in range(rows):

@@ -66,51 +66,62 @@ def solve(L, first, b):
 
 
 @compiled
-def least_norm(A, b, x):
-    """x = A^+ b, the shortest of the vectors that leave the smallest residual.
+def least_norm(A, transposed, b, x):
+    """x = A^+ b, or (A^T)^+ b: the shortest of the vectors that leave the smallest residual.
 
-    By a Cholesky factor of A A^T (or A^T A, whichever is smaller); by its eigenvectors where that is singular, which is
+    By a Cholesky factor of A A^T or A^T A, whichever is smaller; by its eigenvectors where that is singular, which is
     the case for the grasp map of two point contacts.
 
     Args:
         A: shape (m, n).
-        b: shape (m,).
-        x: result, shape (n,).
+        transposed: whether A^T is meant.
+        b: shape (m,), or (n,) if transposed.
+        x: result, shape (n,), or (m,) if transposed.
     """
     m, n = A.shape
-    wide = m <= n
+    by_rows = m <= n
     size = min(m, n)
     gram, y = np.empty((size, size)), np.empty(size)
-    for i in range(size):
-        if wide:
+    _gram(A, by_rows, gram)
+    if transposed == by_rows:
+        _times(A, not by_rows, b, y)
+    else:
+        for i in range(size):
             y[i] = b[i]
-        else:
-            y[i] = 0.0
-            for k in range(m):
-                y[i] += A[k, i] * b[k]
-    _gram(A, wide, gram)
     if _factor_well(gram):
         _substitute(gram, y)
     else:
-        _gram(A, wide, gram)
+        _gram(A, by_rows, gram)
         _solve_semidefinite(gram, y)
-    for j in range(n):
-        if wide:
-            x[j] = 0.0
-            for i in range(m):
-                x[j] += A[i, j] * y[i]
-        else:
-            x[j] = y[j]
+    if transposed == by_rows:
+        for i in range(size):
+            x[i] = y[i]
+    else:
+        _times(A, by_rows, y, x)
 
 
 @compiled
-def _gram(A, wide, gram):
-    """A A^T if wide, else A^T A."""
+def _times(A, transposed, b, y):
+    """y = A b, or A^T b."""
+    m, n = A.shape
+    for i in range(y.shape[0]):
+        y[i] = 0.0
+    for i in range(m):
+        for j in range(n):
+            if transposed:
+                y[j] += A[i, j] * b[i]
+            else:
+                y[i] += A[i, j] * b[j]
+
+
+@compiled
+def _gram(A, by_rows, gram):
+    """A A^T, or A^T A if not by rows."""
     m, n = A.shape
     for i in range(gram.shape[0]):
         for j in range(i + 1):
             value = 0.0
-            if wide:
+            if by_rows:
                 for k in range(n):
                     value += A[i, k] * A[j, k]
             else:

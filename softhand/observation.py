@@ -8,50 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled
 from softhand.plant import Plant
 from softhand.references import Desired
 
 Array = NDArray[np.float64]
-
-(
-    JOINT_POSITION,
-    JOINT_VELOCITY,
-    Q_O,
-    OBJECT_TWIST,
-    OBJECT_ROTATION,
-    T_O,
-    FRICTION_USE,
-    ETA,
-    ETA_RATE,
-    J_CF_F,
-    J_CF_TAU,
-    J_O_F,
-    J_O_TAU,
-    K,
-    INTERNAL_FORCE,
-    N_F,
-    N_O,
-) = range(17)
-"""Parts of the one buffer behind an observation, so that a kernel takes one argument and not seventeen."""
-
-
-def _shapes(n: int, nc: int, pairs: int) -> list[tuple[int, ...]]:
-    """Shape of each part, in their order."""
-    return [(n,), (n,), (6,), (6,), (3, 3), (6, 6), (nc,), (nc, 5), (nc, 5), (3 * nc, n), (nc, n), (3 * nc, 6), (nc, 6),
-            (3 * nc, pairs), (pairs,), (n,), (6,)]  # fmt: skip
-
-
-@compiled
-def part(buffer, offsets, which):
-    """One part of the buffer as a flat view."""
-    return buffer[offsets[which] : offsets[which + 1]]
-
-
-@compiled
-def table(buffer, offsets, which, columns):
-    """One part of the buffer as a view with so many columns."""
-    return buffer[offsets[which] : offsets[which + 1]].reshape((-1, columns))
 
 
 def contact_pairs(n_contacts: int) -> list[tuple[int, int]]:
@@ -95,36 +55,28 @@ class Observation:
         N_O: gravity terms of the object in the coordinates q_O, shape (6,).
         effort_limit: largest torque of each joint [N m], shape (n,).
         desired: what the reference asks for now.
-        buffer: all arrays that are not those of the contacts, one behind the other, for compiled controllers.
-        offsets: where each part of the buffer begins, see `part` and `table`.
     """
 
     def __init__(self, plant: Plant, desired: Desired) -> None:
         world = plant.world
         contacts: Any = plant.contacts
-        shapes = _shapes(world.n_joints, world.n_tips, len(contact_pairs(world.n_tips)))
-        self.offsets = np.concatenate([[0], np.cumsum([np.prod(shape) for shape in shapes])]).astype(np.int64)
-        self.buffer = np.zeros(self.offsets[-1])
-        parts: list[Array] = [
-            self.buffer[begin:end].reshape(shape)
-            for begin, end, shape in zip(self.offsets[:-1], self.offsets[1:], shapes, strict=True)
-        ]
+        n, nc, pairs = world.n_joints, world.n_tips, len(contact_pairs(world.n_tips))
         self.time = 0.0
         self.desired = desired
         self.effort_limit = world.effort_limit
-        self.joint_position, self.joint_velocity = parts[JOINT_POSITION], parts[JOINT_VELOCITY]
-        self.q_O, self.object_twist = parts[Q_O], parts[OBJECT_TWIST]
+        self.joint_position, self.joint_velocity = np.zeros(n), np.zeros(n)
+        self.q_O, self.object_twist = np.zeros(6), np.zeros(6)
         self.object_position, self.object_rpy = self.q_O[:3], self.q_O[3:]
-        self.object_rotation, self.T_O = parts[OBJECT_ROTATION], parts[T_O]
+        self.object_rotation, self.T_O = np.zeros((3, 3)), np.zeros((6, 6))
         self.contact_point, self.contact_rotation = contacts["point"], contacts["rotation"]
         self.contact_force, self.contact_angles = contacts["force"], contacts["angles"]
         self.deformation, self.deformation_rate = contacts["deformation"], contacts["deformation_rate"]
         self.tip_position = contacts["tip"]
-        self.friction_use, self.eta, self.eta_rate = parts[FRICTION_USE], parts[ETA], parts[ETA_RATE]
-        self.J_CF_f, self.J_CF_tau = parts[J_CF_F], parts[J_CF_TAU]
-        self.J_O_f, self.J_O_tau = parts[J_O_F], parts[J_O_TAU]
-        self.K, self.internal_force = parts[K], parts[INTERNAL_FORCE]
-        self.N_F, self.N_O = parts[N_F], parts[N_O]
+        self.friction_use, self.eta, self.eta_rate = np.zeros(nc), np.zeros((nc, 5)), np.zeros((nc, 5))
+        self.J_CF_f, self.J_CF_tau = np.zeros((3 * nc, n)), np.zeros((nc, n))
+        self.J_O_f, self.J_O_tau = np.zeros((3 * nc, 6)), np.zeros((nc, 6))
+        self.K, self.internal_force = np.zeros((3 * nc, pairs)), np.zeros(pairs)
+        self.N_F, self.N_O = np.zeros(n), np.zeros(6)
         self._snapshot = plant.snapshot
 
     @property

@@ -11,29 +11,7 @@ from softhand.contact.kinematics import contact_coordinates
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import least_norm
 from softhand.model.configuration import CONTINUOUS
-from softhand.observation import (
-    ETA,
-    ETA_RATE,
-    FRICTION_USE,
-    INTERNAL_FORCE,
-    J_CF_F,
-    J_CF_TAU,
-    J_O_F,
-    J_O_TAU,
-    JOINT_POSITION,
-    JOINT_VELOCITY,
-    N_F,
-    N_O,
-    OBJECT_ROTATION,
-    OBJECT_TWIST,
-    Q_O,
-    T_O,
-    K,
-    Observation,
-    contact_pairs,
-    part,
-    table,
-)
+from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
 from softhand.references import Desired
 
@@ -62,31 +40,27 @@ class Sensor:
         self._observe = prepared(
             _observe, plant.pads, plant.columns, plant.joints, self._pairs, snapshot.poses, snapshot.J,
             snapshot.gravity, state.q, state.v, state.z, plant.contacts, plant.contact_columns,
-            seen.buffer, seen.offsets,
+            seen.joint_position, seen.joint_velocity, seen.q_O, seen.object_rotation, seen.object_twist, seen.T_O,
+            seen.N_F, seen.N_O, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.friction_use, seen.eta,
+            seen.eta_rate, seen.K, seen.internal_force,
         )  # fmt: skip
 
 
 @compiled
 def _observe(
-    pads, columns, joints, pairs, poses, J, gravity, q, v, z, contacts, contact_columns, buffer, offsets
+    pads, columns, joints, pairs, poses, J, gravity, q, v, z, contacts, contact_columns, joint_position, joint_velocity,
+    q_O, rotation, twist, T_O, N_F, N_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau, friction_use, eta, eta_rate, K,
+    internal_force,
 ):  # fmt: skip
-    n = v.shape[0] - 6
     evaluate_contacts(pads, columns, poses, J, v, z, 0.0, False, contacts, contact_columns)
-    angles, speeds, N = (part(buffer, offsets, JOINT_POSITION), part(buffer, offsets, JOINT_VELOCITY),
-                         part(buffer, offsets, N_F))  # fmt: skip
-    for k in range(n):
+    for k in range(joint_position.shape[0]):
         i = joints[k, 1]
-        angles[k] = math.atan2(q[i + 1], q[i]) if joints[k, 0] == CONTINUOUS else q[i]
-        speeds[k], N[k] = v[k], gravity[k]
-    pose = poses[poses.shape[0] - 1]
-    T = table(buffer, offsets, T_O, 6)
-    _describe_object(pose, v, gravity, part(buffer, offsets, Q_O), table(buffer, offsets, OBJECT_ROTATION, 3),
-                     part(buffer, offsets, OBJECT_TWIST), T, part(buffer, offsets, N_O))  # fmt: skip
-    _describe_contacts(pads, contacts, columns, contact_columns, poses, J, v, T, table(buffer, offsets, J_CF_F, n),
-                       table(buffer, offsets, J_CF_TAU, n), table(buffer, offsets, J_O_F, 6),
-                       table(buffer, offsets, J_O_TAU, 6), part(buffer, offsets, FRICTION_USE),
-                       table(buffer, offsets, ETA, 5), table(buffer, offsets, ETA_RATE, 5))  # fmt: skip
-    internal_forces(contacts, pairs, table(buffer, offsets, K, pairs.shape[0]), part(buffer, offsets, INTERNAL_FORCE))
+        joint_position[k] = math.atan2(q[i + 1], q[i]) if joints[k, 0] == CONTINUOUS else q[i]
+        joint_velocity[k], N_F[k] = v[k], gravity[k]
+    _describe_object(poses[poses.shape[0] - 1], v, gravity, q_O, rotation, twist, T_O, N_O)
+    _describe_contacts(pads, contacts, columns, contact_columns, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau,
+                       friction_use, eta, eta_rate)  # fmt: skip
+    internal_forces(contacts, pairs, K, internal_force)
 
 
 @compiled
@@ -182,4 +156,4 @@ def internal_forces(contacts, pairs, K, internal_force):
     for i in range(contacts.shape[0]):
         for row in range(3):
             f_C[3 * i + row] = contacts[i].force[row]
-    least_norm(K, f_C, internal_force)
+    least_norm(K, False, f_C, internal_force)

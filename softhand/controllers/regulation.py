@@ -10,21 +10,7 @@ from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller, Torque
 from softhand.errors import ScenarioError
 from softhand.linear import least_norm
-from softhand.observation import (
-    INTERNAL_FORCE,
-    J_CF_F,
-    J_CF_TAU,
-    J_O_F,
-    J_O_TAU,
-    JOINT_VELOCITY,
-    N_F,
-    N_O,
-    Q_O,
-    K,
-    Observation,
-    part,
-    table,
-)
+from softhand.observation import Observation
 from softhand.settings import Gain
 
 
@@ -54,16 +40,15 @@ class Regulation(Controller):
     def start(self, observation: Observation) -> Any:
         """The compiled law with its gains, and room for the torque."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
-        gains = [
-            _diagonal("K_O_position", self.K_O_position, 3),
-            _diagonal("K_O_orientation", self.K_O_orientation, 3),
-            _diagonal("K_v", self.K_v, n),
-            _diagonal("K_N", self.K_N, pairs),
-        ]
-        tau, desired = np.zeros(n), observation.desired
+        position = _diagonal("K_O_position", self.K_O_position, 3)
+        orientation = _diagonal("K_O_orientation", self.K_O_orientation, 3)
+        K_O = np.concatenate([position, orientation])
+        K_v, K_N = _diagonal("K_v", self.K_v, n), _diagonal("K_N", self.K_N, pairs)
+        seen, desired, tau = observation, observation.desired, np.zeros(n)
         law = prepared(
-            _regulation, observation.buffer, observation.offsets, observation.contact_force, desired.coordinates,
-            desired.internal_force, np.concatenate(gains), self.torsion_compensation, tau,
+            _regulation, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.K, seen.contact_force,
+            seen.internal_force, seen.q_O, desired.coordinates, desired.internal_force, seen.N_F, seen.N_O,
+            seen.joint_velocity, K_O, K_v, K_N, self.torsion_compensation, tau,
         )  # fmt: skip
         return law, tau
 
@@ -84,27 +69,24 @@ def _diagonal(key: str, gain: Any, size: int) -> np.ndarray:
 
 
 @compiled
-def _regulation(buffer, offsets, contact_force, q_Od, f_Nd, gains, compensate, tau):
+def _regulation(
+    J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F, K_O, K_v, K_N, compensate,
+    tau,
+):  # fmt: skip
     n, pairs, nc = tau.shape[0], f_Nd.shape[0], contact_force.shape[0]
-    K_O, K_v, K_N = gains[:6], gains[6 : 6 + n], gains[6 + n :]
-    J_CF_f, J_CF_tau = table(buffer, offsets, J_CF_F, n), table(buffer, offsets, J_CF_TAU, n)
-    J_O_f, J_O_tau = table(buffer, offsets, J_O_F, 6), table(buffer, offsets, J_O_TAU, 6)
-    q_O, N, kernel = part(buffer, offsets, Q_O), part(buffer, offsets, N_O), table(buffer, offsets, K, pairs)
-    f_N, gravity, qd_F = (part(buffer, offsets, INTERNAL_FORCE), part(buffer, offsets, N_F),
-                          part(buffer, offsets, JOINT_VELOCITY))  # fmt: skip
     wrench, f_C = np.empty(6), np.empty(3 * nc)
     for k in range(6):
-        wrench[k] = N[k] - K_O[k] * (q_O[k] - q_Od[k])
+        wrench[k] = N_O[k] - K_O[k] * (q_O[k] - q_Od[k])
         if compensate:
             for i in range(nc):
                 wrench[k] -= J_O_tau[i, k] * contact_force[i, 3]
-    least_norm(J_O_f.T, wrench, f_C)
+    least_norm(J_O_f, True, wrench, f_C)
     for k in range(pairs):
         internal = f_N[k] - K_N[k] * (f_N[k] - f_Nd[k])
         for row in range(3 * nc):
-            f_C[row] += kernel[row, k] * internal
+            f_C[row] += K[row, k] * internal
     for j in range(n):
-        tau[j] = gravity[j] - K_v[j] * qd_F[j]
+        tau[j] = N_F[j] - K_v[j] * qd_F[j]
     for row in range(3 * nc):
         for j in range(n):
             tau[j] += J_CF_f[row, j] * f_C[row]
