@@ -46,7 +46,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         start=grasp.state,
         controller=controller,
         stepper=stepper,
-        reference=_read_reference(scenario),
+        reference=read_reference(scenario),
         duration=scenario.duration,
         control_period=scenario.control_period,
         scenario=resolved(scenario, law, controller, stepper).to_toml(),
@@ -143,7 +143,8 @@ def _read_stepper(scenario: Scenario) -> Stepper:
     return _read_plugin("steppers", section.name, {"step": section.step, **section.parameters})
 
 
-def _read_reference(scenario: Scenario) -> Reference:
+def read_reference(scenario: Scenario) -> Reference:
+    """Desired pose and internal force against time."""
     section = scenario.reference
     return REFERENCES[section.kind](
         start=np.concatenate([scenario.object.position, scenario.object.rpy]),

@@ -55,7 +55,7 @@ def turned(task: Task, name: str, turn: Array, folder: Path) -> Task:
     return replace(task, world=world, fingertips=fingertips, grasp=replace(task.grasp, state=start))
 
 
-def compare(task: Task, name: str, turn: Array, stepper: str, folder: Path) -> None:
+def assert_same_motion(task: Task, name: str, turn: Array, stepper: str, folder: Path) -> None:
     """Under the same torques both worlds move alike: joints, deformations and the object's pose in the turned world."""
     other, torques = turned(task, name, turn, folder), moved(task).joint_torque[:-1]
     here, there = (replay(each, torques, stepper) for each in (task, other))
@@ -78,14 +78,14 @@ def compare(task: Task, name: str, turn: Array, stepper: str, folder: Path) -> N
 @pytest.mark.parametrize("stepper", list(STEPPERS))
 def test_turning_the_world_changes_nothing(reference: Task, tmp_path: Path, stepper: str, turn: str) -> None:
     """With hand, object and gravity turned, the same torques give the same motion to 1e-9, by every stepper."""
-    compare(reference, "reference", TURNS[turn], stepper, tmp_path)
+    assert_same_motion(reference, "reference", TURNS[turn], stepper, tmp_path)
 
 
 def test_turning_the_world_changes_nothing_for_any_hand(
     task: Task, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     """The same for two and four fingers, a wrist, continuous joints, canted tips and a mass off the middle."""
-    compare(task, request.node.callspec.params["task"], TURNS["about all"], "midpoint", tmp_path)
+    assert_same_motion(task, request.node.callspec.params["task"], TURNS["about all"], "midpoint", tmp_path)
 
 
 def test_turning_gravity_alone_does_change_the_motion(reference: Task, tmp_path: Path) -> None:

@@ -169,6 +169,7 @@ def test_a_run_that_stopped_early_is_shown_large() -> None:
 def test_a_run_without_length_can_be_drawn(samples: int, tmp_path: Path) -> None:
     """A run that stopped at its start gives a figure, not an error."""
     save_figure(draw_run(stopped(samples)), tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 10_000
 
 
 def test_friction_use_has_its_limit() -> None:
