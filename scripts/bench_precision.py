@@ -367,13 +367,14 @@ def _draw_panel(axes: Axes, kind: str, runs: Sequence[Run]) -> None:
         line, marker = ("-", "o") if side == SOFTHAND else ("--", "s")
         axes.loglog(walls, errors, color=colours[method], linestyle=line, marker=marker, markersize=3.5,
                     label=f"{side} {method}")  # fmt: skip
-        axes.annotate(describe(good[0]), (walls[0], errors[0]), (4, 3), textcoords="offset points", fontsize=6.5,
-                      color="0.3")  # fmt: skip
+        if good[0].setting != PERIOD:
+            axes.annotate(describe(good[0]), (walls[0], errors[0]), (4, 3), textcoords="offset points", fontsize=6.5,
+                          color="0.3")  # fmt: skip
     failures = [run.failure for run in runs if run.side == MUJOCO and run.poses is None]
     if failures:
         text = f"MuJoCo, {len(failures)} of its runs:\n{failures[-1]}"
         axes.text(0.98, 0.98, text, va="top", ha="right", transform=axes.transAxes, fontsize=7.0, color=WARNING)
-    axes.set_title(f"Target A, {kind}")
+    axes.set_title(f"Target A, {kind}; curves begin at 1 ms")
     axes.set_xlabel("wall time of a simulated second [ms]")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")

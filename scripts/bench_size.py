@@ -10,8 +10,9 @@ control       one control period of the loop without recording: reference, obser
 recorded      the same by `Simulation.run`, which also records and makes the arrays of the recording
 memory        bytes of one recorded sample times samples in a second
 
-The number of internal forces grows as n (n - 1) / 2. From five fingers on there are more of them than independent ones,
-and f_N = K^+ f_C then takes an eigenvalue problem: the control period grows faster than the step.
+The number of internal forces grows as n (n - 1) / 2. With contacts in one plane, as here, they depend on each other
+from four fingers on (else from five), and f_N = K^+ f_C then takes an eigenvalue problem: the control period grows
+faster than the step.
 
 The profile calls each part of a step and of a control period of target A again and again by itself, so each finds its
 code and data in the cache. The rest, the whole less its parts, is the Python code in between and what the caches cost.

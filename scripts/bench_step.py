@@ -4,7 +4,7 @@ Both sides run in one process on one core, in many short rounds that take turns;
 the rounds, its spread their quartiles. Compared are
 
 physics only       a step under the torques that hold the start; back to the start after each round, for a grasp under
-                   constant torques is unstable on both sides. MuJoCo's best case: its solver starts from the solution
+                   constant torques is unstable on both sides. MuJoCo's best case: nothing changes from step to step
 physics in motion  a step along the scenario, under the torques that the control law gave before on the same side
 compiled control   a control period with the law (59) of the paper, compiled on both sides, along the scenario
 numpy control      the same with one and the same Python function, the law written in ordinary numpy
@@ -166,7 +166,8 @@ class SofthandSide:
 
     def run_physics(self, steps: int) -> None:
         """Steps under the holding torques."""
-        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self._holding
+        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self.simulation.torque
+        torque[:] = self._holding
         for _ in range(steps):
             advance(state, torque)
 

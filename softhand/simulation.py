@@ -70,11 +70,11 @@ class Simulation:
         self._stride = _whole_periods(controller, control_period)
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
-        self.torque, self.torque_limited = np.zeros(n), np.zeros(n, np.int8)
+        self.integration = stepper.start(plant)
+        self.torque, self.torque_limited = self.integration.torque, np.zeros(n, np.int8)
         self._command, self._Theta = np.zeros(n), np.zeros(nc)
         self._limit = prepared(_limit, self._command, self.observation.effort_limit, self.torque, self.torque_limited)
         self._find_fault = prepared(find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
-        self.integration = stepper.start(plant)
         self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
         self.reset()
 

@@ -36,6 +36,7 @@ class Adaptive(Stepper):
 
 class _AdaptiveIntegration(Integration):
     def __init__(self, plant: Plant, settings: Adaptive) -> None:
+        super().__init__(plant)
         self._flow, self._settings = Flow(plant), settings
         self._y = np.zeros(self._flow.size)
         self._first_step: float | None = None

@@ -35,10 +35,10 @@ class _MidpointIntegration(Integration):
     """Each step ends with the prediction of the next middle: a step is two calls of Pinocchio and one kernel."""
 
     def __init__(self, plant: Plant, step: float) -> None:
+        super().__init__(plant)
         nq, nv = plant.world.model.nq, plant.world.model.nv
         self._plant, self._step = plant, step
         self._dv, self._matrix = np.zeros(nv), np.zeros((nv, nv))
-        self._torque = np.zeros(plant.world.n_joints)
         self._ahead = np.full(2 * (nq + nv), np.nan)  # q and v in the middle of the next step, then at its start
         middle = self._ahead[:nq], self._ahead[nq : nq + nv]
         self._mass, self._velocity_terms = plant.snapshot.updates(*middle)
@@ -47,7 +47,8 @@ class _MidpointIntegration(Integration):
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         if state is not self._state:
             self._prepare(state)
-        self._torque[:] = torque
+        if torque is not self.torque:
+            self.torque[:] = torque
         self._mass()
         self._velocity_terms()
         if not self._move():  # the state is not where the last step left it
@@ -66,7 +67,7 @@ class _MidpointIntegration(Integration):
         self._predict = prepared(_predict, plant.joints, q, v, self._dv, self._step, self._ahead)
         self._move = prepared(
             _move, plant.pads, plant.columns, plant.joints, plant.envelope, snapshot.poses, snapshot.J, snapshot.M,
-            snapshot.nle, self._torque, self._step, plant.contacts, plant.contact_columns, self._matrix, self._dv,
+            snapshot.nle, self.torque, self._step, plant.contacts, plant.contact_columns, self._matrix, self._dv,
             self._ahead, q, v, state.z,
         )  # fmt: skip
 

@@ -23,6 +23,7 @@ class RungeKutta4(Stepper):
 
 class _RungeKuttaIntegration(Integration):
     def __init__(self, plant: Plant, step: float) -> None:
+        super().__init__(plant)
         self._flow, self._step = Flow(plant), step
         self._y, self._stage = np.zeros(self._flow.size), np.zeros(self._flow.size)
         self._slopes = np.zeros((4, self._flow.size))

@@ -28,6 +28,7 @@ class SemiImplicitEuler(Stepper):
 
 class _EulerIntegration(Integration):
     def __init__(self, plant: Plant, step: float) -> None:
+        super().__init__(plant)
         self._plant, self._step = plant, step
         self._dv = np.zeros(plant.world.model.nv)
 

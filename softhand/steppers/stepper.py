@@ -26,7 +26,14 @@ class Stepper(Settings, ABC):
 
 
 class Integration(ABC):
-    """A stepper at work on one plant. Fastest with one `State` that it moves on again and again."""
+    """A stepper at work on one plant. Fastest with one `State` that it moves on again and again.
+
+    Attributes:
+        torque: room for joint torques [N m], which `advance` takes without a copy, shape (n,).
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self.torque = np.zeros(plant.world.n_joints)
 
     @abstractmethod
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
