@@ -62,10 +62,10 @@ from rich.table import Column, Table
 from scipy.linalg.lapack import dposv
 
 import softhand
+from softhand.assembly import read_reference
 from softhand.controllers.regulation import Regulation
 from softhand.plots.style import STYLE
 from softhand.plugins import SHIPPED
-from softhand.references import REFERENCES, Reference
 
 Array = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ class SofthandSide:
         self.reset()
         seen = self.simulation.sample()
         self._holding = seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C + seen.N_F
-        self._torque, self._torques = self._holding.copy(), [self._holding]
+        self._torques = [self._holding]
         self.reset()
 
     def reset(self) -> None:
@@ -181,7 +181,7 @@ class SofthandSide:
 
     def replay(self, steps: int) -> None:
         """Steps under the torques that were kept."""
-        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self._torque
+        advance, state, torque = self.simulation.integration.advance, self.simulation.state, self.simulation.torque
         for kept in self._torques[self.time : self.time + steps]:
             torque[:] = kept
             advance(state, torque)
@@ -237,7 +237,7 @@ class MujocoSide:
     ) -> None:
         plant = simulation.plant
         self.scene = Scene(plant, simulation.state, scenario.grasp.internal_force, step, integrator, trimmed)
-        self._reference = reference_of(scenario)
+        self._reference = read_reference(scenario)
         controller = Regulation(**scenario.controller.parameters)
         self._gains = Gains.of(controller, plant.world.n_joints, len(scenario.grasp.internal_force))
         self._packed = gains_of(
@@ -398,18 +398,6 @@ class MujocoSide:
     def fingerprint(self) -> bytes:
         """The state, bit by bit."""
         return self.scene.data.qpos.tobytes() + self.scene.data.qvel.tobytes()
-
-
-def reference_of(scenario: softhand.Scenario) -> Reference:
-    """The reference of a scenario."""
-    section = scenario.reference
-    return REFERENCES[section.kind](
-        start=np.concatenate([scenario.object.position, scenario.object.rpy]),
-        target=np.concatenate([section.object_position, section.object_rpy]),
-        start_force=scenario.grasp.internal_force,
-        target_force=section.internal_force,
-        duration=section.duration,
-    )
 
 
 # Measuring -----------------------------------------------------------------------------------------------------------
