@@ -57,7 +57,11 @@ def stopped(samples: int = 61) -> Recording:
     return invented(samples=samples, complete=False, reason="finger_2_tip rolls over its apex")
 
 
-def panels(figure: Figure, label: str) -> list[Axes]:
+FORCE = ("f₁", "f₂", "f₃", "f₄", "f [")
+"""How the labels of internal-force panels begin."""
+
+
+def panels(figure: Figure, label: str | tuple[str, ...]) -> list[Axes]:
     return [axes for axes in figure.axes if axes.get_ylabel().startswith(label)]
 
 
@@ -90,7 +94,7 @@ def test_each_contact_has_its_curve(contacts: int) -> None:
 @pytest.mark.parametrize("contacts", [2, 3, 4, 5])
 def test_each_pair_has_its_curve_and_its_desired_one(contacts: int) -> None:
     """All pairs of contacts are drawn, whatever their number."""
-    force = panels(draw_run(invented(contacts)), "$f")
+    force = panels(draw_run(invented(contacts)), FORCE)
     assert sum(len(axes.lines) for axes in force) == contacts * (contacts - 1)
 
 
@@ -114,7 +118,7 @@ def test_joints_without_names_of_fingers_are_shared_in_order() -> None:
 
 def test_desired_values_are_on_top() -> None:
     """The desired curve is black, thinner than the other, and above it."""
-    for label in ("$x$", "roll", "$f"):
+    for label in ("x [", "roll", FORCE):
         run, desired = panels(draw_run(invented()), label)[0].lines
         assert desired.get_color() == "black"
         assert desired.get_linewidth() < run.get_linewidth()
@@ -125,7 +129,7 @@ def test_values_are_drawn_in_the_units_of_the_label() -> None:
     """m as mm, rad as deg."""
     recording = invented()
     figure = draw_run(recording)
-    assert np.allclose(panels(figure, "$z$ [mm]")[0].lines[0].get_ydata(), 1e3 * recording.object_position[:, 2])
+    assert np.allclose(panels(figure, "z [mm]")[0].lines[0].get_ydata(), 1e3 * recording.object_position[:, 2])
     assert np.allclose(panels(figure, "yaw [deg]")[0].lines[0].get_ydata(), np.degrees(recording.object_rpy[:, 2]))
 
 
@@ -268,7 +272,7 @@ def test_an_incomplete_run_is_marked_in_a_comparison() -> None:
 def test_two_fingers_can_be_compared() -> None:
     """One pair of contacts gives one component of internal force."""
     figure = draw_comparison([Compared("A", invented(2), invented(2))], "Two fingers")
-    assert len(panels(figure, "$f")) == 1
+    assert len(panels(figure, FORCE)) == 1
 
 
 # -------------------------------------------------------------------------------------------------------- files

@@ -74,7 +74,7 @@ def _draw_object(figure: Figure, place: SubplotSpec, recording: Recording) -> No
     for quantity, column in zip(quantities(recording), split(place, 1, 3, wspace=0.31), strict=True):
         groups = np.array_split(np.arange(len(quantity.labels)), min(len(quantity.labels), 3))
         for row, (group, spot) in enumerate(zip(groups, split(column, len(groups), 1, hspace=0.2), strict=True)):
-            label = quantity.labels[group[0]] if len(group) == 1 else "$f$"
+            label = quantity.labels[group[0]] if len(group) == 1 else "f"
             axes = panel(
                 figure, spot, f"{label} [{quantity.unit}]", "" if row else quantity.title, row == len(groups) - 1
             )
@@ -99,11 +99,11 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
         ("tangential force [N]", np.hypot(force[:, :, 0], force[:, :, 1]), 0.5),
         ("torsion moment [N mm]", 1e3 * force[:, :, 3], 1.0),
         ("friction use [-]", recording["friction_use"], 0.5),
-        (r"deformation $\delta r$ [mm]", 1e3 * deformation[:, :, 0], 0.5),
-        (r"latitude $\Phi$ [deg]", DEGREES * recording["contact_angles"][:, :, 1], 1.0),
-        (r"deformation $\delta\theta$ [deg]", DEGREES * deformation[:, :, 1], 1.0),
-        (r"deformation $\delta\phi$ [deg]", DEGREES * deformation[:, :, 2], 1.0),
-        (r"deformation $\delta\psi$ [deg]", DEGREES * deformation[:, :, 3], 1.0),
+        ("deformation δr [mm]", 1e3 * deformation[:, :, 0], 0.5),
+        ("latitude Φ [deg]", DEGREES * recording["contact_angles"][:, :, 1], 1.0),
+        ("deformation δθ [deg]", DEGREES * deformation[:, :, 1], 1.0),
+        ("deformation δφ [deg]", DEGREES * deformation[:, :, 2], 1.0),
+        ("deformation δψ [deg]", DEGREES * deformation[:, :, 3], 1.0),
     )
     upper, lower = split(place, 2, 1, height_ratios=(3.35, 1.0), hspace=0.13)
     _draw_fingers_legend(figure, recording.labels["contact"], upper)

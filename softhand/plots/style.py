@@ -46,6 +46,8 @@ OBJECT, WARNING = "#56B4E9", "#A50026"
 ON_TOP = 10  # zorder of desired values
 FRICTION_TOP = 3.0  # friction use above this is cut off
 _FAST_PNG = {"compress_level": 1}  # a fifth larger, twice as fast
+_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")  # plain text: math text takes a quarter of the time of a figure
+_LABEL_DISTANCE = 0.45  # [in] from an axis to its label
 _WIDTH = 9.0  # [in], 900 px in a README
 DEGREES = 180.0 / np.pi
 ROUNDING = 1e-9  # [s]
@@ -56,7 +58,6 @@ CONTACT_ARRAYS = ("contact_force", "deformation", "contact_angles", "friction_us
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
-    "mathtext.fontset": "dejavusans",
     "axes.titlesize": 9.0,
     "axes.titleweight": "bold",
     "axes.linewidth": 0.6,
@@ -126,9 +127,9 @@ def _encode(figure: Figure, ending: str) -> bytes:
 
 def quantities(recording: Recording) -> tuple[_Quantity, ...]:
     """Position, orientation and internal force."""
-    pairs = tuple(f"$f_{{{pair}}}$" for pair in recording.labels.get("pair", ()))
+    pairs = tuple(f"f{pair.translate(_SUBSCRIPTS)}" for pair in recording.labels.get("pair", ()))
     table = (
-        ("Position", "object_position", 1e3, ("$x$", "$y$", "$z$"), "mm", 1.0),
+        ("Position", "object_position", 1e3, ("x", "y", "z"), "mm", 1.0),
         ("Orientation", "object_rpy", DEGREES, ("roll", "pitch", "yaw"), "deg", 1.0),
         ("Internal force", "internal_force", 1.0, pairs, "N", 0.5),
     )
@@ -230,10 +231,11 @@ def draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: Any) 
 
 
 def finish(figure: Figure, end: float) -> None:
-    """One time axis for all, and the labels of each column in line."""
-    columns: dict[float, list[Axes]] = {}
+    """One time axis for all, and the labels of each column in line.
+
+    The labels are put where they are: letting matplotlib align them takes a third of the time of a figure.
+    """
+    width = float(figure.get_figwidth())
     for axes in figure.axes:
         axes.set_xlim(0.0, end)
-        columns.setdefault(round(axes.get_position().x0, 6), []).append(axes)
-    for column in columns.values():
-        figure.align_ylabels(column)
+        axes.yaxis.set_label_coords(-_LABEL_DISTANCE / (width * axes.get_position().width), 0.5)
