@@ -63,7 +63,7 @@ class Simulation:
     ) -> None:
         n, nc = plant.world.n_joints, plant.world.n_tips
         self.plant, self.state, self.scenario = plant, start.copy(), scenario
-        self._start, self._stepper, self._controller, self._reference = start, stepper, controller, reference
+        self._start, self._controller, self._reference = start, controller, reference
         self._period = control_period
         self._periods = round(duration / control_period)
         self._steps = round(control_period / stepper.step)
@@ -113,7 +113,7 @@ class Simulation:
             for _ in range(self._steps):
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
-            raise diverged(str(error), self._last_good()) from error
+            raise diverged(str(error), self.time) from error
         self._k += 1
         self.time = round(self._k * self._period, 12)
 
@@ -150,7 +150,7 @@ class Simulation:
             stop.recording = self._finish(recorder, began, message)  # type: ignore[attr-defined]
             raise
         except KeyboardInterrupt as interrupt:
-            time = self._period * max(len(recorder) - 1, 0)
+            time = round(self._period * max(len(recorder) - 1, 0), 12)
             message = f"interrupted at t = {time:g} s"
             raise SimulationStopped(
                 message, recording=self._finish(recorder, began, message), reason="interrupted", time=time

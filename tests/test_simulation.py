@@ -219,3 +219,19 @@ def test_the_torque_is_open_to_the_caller_between_sample_and_step():
     simulation.torque[:] = 0.0
     simulation.step()
     assert simulation.sample().joint_velocity[1] != 0.0
+
+
+def test_a_step_that_cannot_be_made_ends_at_the_sample_before_it():
+    """When the stepper gives up, the time in the error is that of the last sample in the recording."""
+    simulation = build(scenario())
+    advance = simulation.integration.advance
+
+    def give_up_after_three(state, torque):
+        if simulation.time > 0.0025:
+            raise FloatingPointError("no step is short enough")
+        advance(state, torque)
+
+    simulation.integration.advance = give_up_after_three
+    with pytest.raises(SimulationStopped, match=r"no step is short enough.*t = 0\.003 s") as caught:
+        simulation.run()
+    assert caught.value.time == caught.value.recording.stop_time == 0.003
