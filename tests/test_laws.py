@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+import subprocess
 import sys
 from fractions import Fraction
 from math import acos, cos, pi, sin, sqrt
@@ -321,3 +322,25 @@ def test_uncompilable_formula_is_told_why() -> None:
     """The message quotes what the compiler stumbled over."""
     with pytest.raises(LawError, match="Fraction"):
         compile_law(Exact(radius=0.01))
+
+
+_WITHOUT_MODULE = """
+import softhand
+from softhand.laws.law import compile_law
+
+class Gel(softhand.Law):
+    @staticmethod
+    def force(dr, dtheta, dphi, dpsi, phi, radius):
+        return 4567.0 * dr, dtheta, dphi, dpsi
+
+compile_law(Gel(radius=0.01))
+"""
+
+
+@pytest.mark.parametrize("name", ["no_such_module", "__main__"])
+def test_a_law_typed_in_can_be_used_again_by_another_process(name: str) -> None:
+    """Code that has no file compiles in each of two processes; what the first kept is no trap for the second."""
+    program = f"exec(compile({_WITHOUT_MODULE!r}, '<typed>', 'exec'), {{'__name__': {name!r}}})"
+    for _ in range(2):
+        result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        assert result.returncode == 0, result.stderr

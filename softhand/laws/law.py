@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -146,7 +147,7 @@ _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
 
 
 def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: int) -> Any:
-    source = _make_compilable(formula)
+    source, has_module = _make_compilable(formula)
 
     def entry(arguments, results):
         source  # noqa: B018  a change of the formula changes this closure, and with it the key on disk
@@ -155,12 +156,12 @@ def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: i
             results[k] = values[k]
 
     with kernel_folder():
-        return cfunc(_SIGNATURE, cache=True, error_model="numpy")(entry)
+        return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 
 def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
     """Stiffness by central differences of the force; phi moves with dphi."""
-    source = _make_compilable(formula)
+    source, has_module = _make_compilable(formula)
 
     def entry(arguments, results):
         source  # noqa: B018
@@ -182,25 +183,29 @@ def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
                 results[4 * i + j] = (upper[i] - lower[i]) / (2.0 * step)
 
     with kernel_folder():
-        return cfunc(_SIGNATURE, cache=True, error_model="numpy")(entry)
+        return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 
-def _make_compilable(formula: Callable[..., Any]) -> str:
-    """Let numba compile a formula and the plain functions that it calls; a text that changes when any of them does.
+def _make_compilable(formula: Callable[..., Any]) -> tuple[str, bool]:
+    """Let numba compile a formula and the plain functions that it calls.
 
-    The text has the bytecode and the values of the constants of the module, which numba freezes into the code.
+    Returns:
+        A text that changes when any of them does: the bytecode and the values of the constants of the module, which
+        numba freezes into the code. And whether all have a module; what has none cannot be loaded from disk again.
     """
     found: dict[int, str] = {}
+    has_module = True
     waiting = [formula]
     while waiting:
         function = waiting.pop()
         if id(function) in found:
             continue
         register_jitable(function)
+        has_module = has_module and function.__module__ in sys.modules
         code = function.__code__
         names = inspect.getclosurevars(function)
         values = {**names.globals, **names.nonlocals}
         waiting += [value for value in values.values() if inspect.isfunction(value)]
         constants = sorted((name, repr(value)) for name, value in values.items() if not callable(value))
         found[id(function)] = repr((code.co_code, code.co_consts, code.co_names, constants))
-    return "\n".join(found.values())
+    return "\n".join(found.values()), has_module
