@@ -1,0 +1,1 @@
+"""The commands: each reads what is asked, calls the library, prints. No physics here."""

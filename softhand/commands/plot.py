@@ -1,0 +1,28 @@
+"""softhand plot: the figure of a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import console
+
+
+@app.command(epilog="Example: softhand plot runs/target-a/run.nc --out grasp.pdf")
+def plot(
+    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Figure to write, .png, .pdf or .svg; by default figure.png beside the recording."),
+    ] = None,
+) -> None:
+    """Draw the figure of a recording."""
+    from softhand.plots import draw_run, save_figure
+    from softhand.recording import Recording
+
+    target = out or recording.parent / "figure.png"
+    save_figure(draw_run(Recording.load(recording)), target)
+    console().print(f"wrote {target}", highlight=False)

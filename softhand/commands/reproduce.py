@@ -1,0 +1,43 @@
+"""softhand reproduce: the paper's simulation figure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softhand.commands.app import app
+from softhand.commands.console import Out, Quiet, console, escape, make_folder, new_folder, progress, say_compiling
+
+if TYPE_CHECKING:
+    from softhand.reproduce import Reproduction
+
+
+@app.command(epilog="Example: softhand reproduce --out paper")
+def reproduce(out: Out = None, quiet: Quiet = False) -> None:
+    """Make the paper's simulation figure anew: targets A and B, with and without torsion compensation."""
+    say_compiling(quiet)
+    from softhand.plots import save_figure
+    from softhand.reproduce import RUNS, draw, reproduce
+
+    folder = out or new_folder("reproduce")
+    make_folder(folder)
+    with progress("reproducing", float(RUNS), quiet) as report:
+        result = reproduce(report)
+    for name, figure in draw(result).items():
+        save_figure(figure, folder / f"{name}.png")
+    if not quiet:
+        _print_reproduction(result)
+        console().print(f"wrote {folder}/minimum-jerk.png, step.png", highlight=False)
+
+
+def _print_reproduction(result: Reproduction) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from softhand.reproduce import CAPTION, COLUMNS
+
+    table = Table(box=box.SIMPLE_HEAD, caption=CAPTION, caption_justify="left", caption_style="dim")
+    for name in COLUMNS:
+        table.add_column(escape(name), no_wrap=name != COLUMNS[-1])
+    for row in result.rows():
+        table.add_row(*map(escape, row), style="" if any(row[1:]) else "bold")
+    console().print(table)

@@ -1,0 +1,96 @@
+"""softhand simulate: run a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import (
+    Out,
+    Quiet,
+    Set,
+    console,
+    escape,
+    make_folder,
+    new_folder,
+    print_table,
+    progress,
+    say_compiling,
+    write_text,
+)
+from softhand.errors import SimulationStopped
+
+if TYPE_CHECKING:
+    from softhand.recording import Recording
+    from softhand.scenario import Scenario
+
+
+@app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
+def simulate(
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
+    ] = "target-a",
+    changes: Set = [],  # noqa: B006  typer copies it
+    out: Out = None,
+    stepper: Annotated[str | None, typer.Option(help="Stepper, with its own defaults and the scenario's step.")] = None,
+    controller: Annotated[str | None, typer.Option(help="Controller, with its own defaults.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
+    plot: Annotated[bool, typer.Option(help="Draw figure.png.")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import parse_override
+
+    values = dict(parse_override(change) for change in changes)
+    if duration is not None:
+        values["duration"] = duration
+    chosen = load_scenario(scenario, values)
+    if controller is not None and controller != chosen.controller.name:
+        chosen = chosen.with_values({"controller": {"name": controller}})
+    if stepper is not None and stepper != chosen.stepper.name:
+        chosen = chosen.with_values({"stepper": {"name": stepper, "step": chosen.stepper.step}})
+    _simulate(chosen, out or new_folder(Path(scenario).stem), plot, quiet)
+
+
+def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool) -> None:
+    say_compiling(quiet)
+    from softhand.assembly import build
+
+    simulation = build(scenario)
+    make_folder(folder)
+    write_text(folder / "scenario.toml", simulation.scenario)
+    try:
+        with progress("simulating", scenario.duration, quiet) as report:
+            recording = simulation.run(report)
+    except SimulationStopped as stop:
+        _save(stop.recording, folder, plot)  # type: ignore[attr-defined]
+        stop.args = (f"{stop}\nWhat was computed until then is in {folder}/.",)
+        raise
+    files = _save(recording, folder, plot)
+    if not quiet:
+        _print_summary(recording, folder, files)
+
+
+def _save(recording: Recording, folder: Path, plot: bool) -> list[str]:
+    """Write the results; returns the names of the files in the folder."""
+    recording.save(folder / "run.nc")
+    if not (plot and len(recording)):
+        return ["scenario.toml", "run.nc"]
+    from softhand.plots import draw_run, save_figure
+
+    save_figure(draw_run(recording), folder / "figure.png")
+    return ["scenario.toml", "run.nc", "figure.png"]
+
+
+def _print_summary(recording: Recording, folder: Path, files: list[str]) -> None:
+    from softhand.analysis.summary import summarize
+
+    summary = summarize(recording)
+    print_table(f"{folder}", summary.rows())
+    for warning in summary.warnings():
+        console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
+    console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
