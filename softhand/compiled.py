@@ -76,7 +76,9 @@ def kernel_folder() -> Iterator[None]:
 def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
     with kernel_folder():
-        return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+        return cast(
+            F, numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})(function)
+        )
 
 
 def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...] = ()) -> Callable[..., Any]:
@@ -96,8 +98,8 @@ def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...]
     signature = (numba.typeof(block), *(numba.typeof(argument) for argument in varying))
     entry = _entry(function, types, len(varying))
     entry.compile(signature)
-    call = partial(entry.overloads[signature].entry_point, block)
-    call.kept = fixed  # type: ignore[attr-defined]  the block holds addresses only
+    call: Any = partial(entry.overloads[signature].entry_point, block)
+    call.kept = fixed  # the block holds addresses only
     return call
 
 

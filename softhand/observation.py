@@ -27,6 +27,7 @@ class Observation:
 
     Attributes:
         time: [s].
+        configuration: q of the rigid-body model, `State.q`, shape (nq,).
         joint_position: q_F [rad], shape (n,).
         joint_velocity: q_F' [rad/s], shape (n,).
         q_O: position of the object frame [m], then roll, pitch, yaw [rad], R = R_z R_y R_x, shape (6,).
@@ -77,6 +78,7 @@ class Observation:
         self.J_O_f, self.J_O_tau = np.zeros((3 * nc, 6)), np.zeros((nc, 6))
         self.K, self.internal_force = np.zeros((3 * nc, pairs)), np.zeros(pairs)
         self.N_F, self.N_O = np.zeros(n), np.zeros(6)
+        self.configuration = np.zeros(world.model.nq)
         self._snapshot = plant.snapshot
 
     @property
@@ -93,14 +95,14 @@ class Observation:
     def M_F(self) -> Array:
         """Mass matrix of the hand, shape (n, n). A copy."""
         n = self.joint_position.shape[0]
-        return self._snapshot.mass_matrix()[:n, :n]
+        return self._snapshot.mass_matrix(self.configuration)[:n, :n]
 
     @property
     def M_O(self) -> Array:
         """Mass matrix of the object in the coordinates q_O, shape (6, 6). A copy."""
         n = self.joint_position.shape[0]
         to_body = np.kron(np.eye(2), self.object_rotation.T) @ self.T_O
-        return to_body.T @ self._snapshot.mass_matrix()[n:, n:] @ to_body
+        return to_body.T @ self._snapshot.mass_matrix(self.configuration)[n:, n:] @ to_body
 
     @property
     def f_C(self) -> Array:

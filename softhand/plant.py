@@ -68,6 +68,8 @@ class Plant:
         contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
         joints: what `configuration.integrate` needs, shape (joints, 3).
         envelope: first column of each row of the mass matrix, shape (nv,).
+        at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
+            NaN if unknown, shape (nq + nv + 3 nc,).
     """
 
     def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
@@ -81,6 +83,7 @@ class Plant:
         self.pads = self._build_pads()
         self.contacts = np.zeros(world.n_tips, CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 4))
+        self.at = np.full(world.model.nq + world.model.nv + 3 * world.n_tips, np.nan)
         self._mass = np.zeros((world.model.nv, world.model.nv))
 
     def _build_pads(self) -> NDArray[np.void]:
@@ -104,6 +107,7 @@ class Plant:
 
     def update(self, q: Array, v: Array, z: Array) -> None:
         """Rigid-body terms, contacts and forces at one state."""
+        self.at[0] = np.nan
         self.snapshot.update(q, v)
         self.touch(v, z)
 
@@ -159,6 +163,34 @@ def _pad_columns(world: World) -> NDArray[np.int64]:
 
 
 @compiled
+def is_at(q, v, z, at):
+    """Whether `Plant.at` is this state."""
+    nq, nv = q.shape[0], v.shape[0]
+    same = True
+    for k in range(nq):
+        same = same and at[k] == q[k]
+    for k in range(nv):
+        same = same and at[nq + k] == v[k]
+    for i in range(z.shape[0]):
+        for k in range(3):
+            same = same and at[nq + nv + 3 * i + k] == z[i, k]
+    return same
+
+
+@compiled
+def set_at(q, v, z, at):
+    """Set `Plant.at` to this state."""
+    nq, nv = q.shape[0], v.shape[0]
+    for k in range(nq):
+        at[k] = q[k]
+    for k in range(nv):
+        at[nq + k] = v[k]
+    for i in range(z.shape[0]):
+        for k in range(3):
+            at[nq + nv + 3 * i + k] = z[i, k]
+
+
+@compiled
 def generalized_force(columns, contacts, jacobian, nle, torque, out):
     """out = (torque, 0) - nle - J^T C_F, shape (nv,)."""
     for k in range(out.shape[0]):
@@ -166,13 +198,18 @@ def generalized_force(columns, contacts, jacobian, nle, torque, out):
     for k in range(torque.shape[0]):
         out[k] += torque[k]
     for i in range(contacts.shape[0]):
-        force = contacts[i].force
-        x, y, z, w = force[0], force[1], force[2], force[3]
-        for a in range(columns.shape[1]):
-            if columns[i, a] < 0:
-                break
-            row = jacobian[i, a]
-            out[columns[i, a]] -= row[0] * x + row[1] * y + row[2] * z + row[3] * w
+        add_contact_force(columns[i], jacobian[i], contacts[i].force, out)
+
+
+@compiled
+def add_contact_force(columns, jacobian, force, out):
+    """out -= J^T force of one contact: force [N] and torsion [N m] on the object in C_F, shape (4,)."""
+    x, y, z, w = force[0], force[1], force[2], force[3]
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        row = jacobian[a]
+        out[columns[a]] -= row[0] * x + row[1] * y + row[2] * z + row[3] * w
 
 
 @compiled

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABC
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +33,7 @@ class Desired:
 
 
 class Reference(ABC):
-    """From where the grasp starts to where it shall go.
+    """From where the grasp starts to where it shall go: start + s(t) (target - start), component by component.
 
     Args:
         start: q_O at t = 0, shape (6,).
@@ -41,55 +43,57 @@ class Reference(ABC):
         duration: of the motion [s].
     """
 
+    move: ClassVar[Callable[..., None]]
+    """Compiled static method (duration, first, change, now, time): calls `_follow` with s, s' [1/s] and s'' [1/s^2]."""
+
     def __init__(
         self, start: ArrayLike, target: ArrayLike, start_force: ArrayLike, target_force: ArrayLike, duration: float
     ) -> None:
         first = np.concatenate([start, start_force]).astype(float)
-        self._first, self._change = first, np.concatenate([target, target_force]) - first
-        self._duration = duration
-        self._now = np.zeros((3, len(first)))  # values, rates, accelerations of pose and force
-        self._move = prepared(_move, first, self._change, self._now, varying=(0.0, 0.0, 0.0))
-        pose, rate, acceleration = self._now[:, :6]
-        self.desired = Desired(pose, rate, acceleration, self._now[0, 6:])
-
-    @abstractmethod
-    def progress(self, time: float) -> tuple[float, float, float]:
-        """s, s' [1/s], s'' [1/s^2] at a time [s]: 0 at the start, 1 at the target."""
+        now = np.zeros((3, len(first)))  # values, rates, accelerations of pose and force
+        change = np.concatenate([target, target_force]) - first
+        self._move = prepared(self.move, float(duration), first, change, now, varying=(0.0,))
+        pose, rate, acceleration = now[:, :6]
+        self.desired = Desired(pose, rate, acceleration, now[0, 6:])
 
     def update(self, time: float) -> Desired:
-        """Set `desired` for a time [s]: start + s (target - start), component by component."""
-        self._move(*self.progress(time))
+        """Set `desired` for a time [s]."""
+        self._move(time)
         return self.desired
 
 
 @compiled
-def _move(first, change, now, s, rate, acceleration):
+def _follow(first, change, now, s, rate, acceleration):
     for k in range(first.shape[0]):
         now[0, k] = first[k] + s * change[k]
         now[1, k] = rate * change[k]
         now[2, k] = acceleration * change[k]
 
 
-class Step(Reference):
-    """The target at once, as in the paper. It asks for more friction than there is on the way."""
+@compiled
+def _jump(duration, first, change, now, time):
+    _follow(first, change, now, 1.0, 0.0, 0.0)
 
-    def progress(self, time: float) -> tuple[float, float, float]:
-        """Always (1, 0, 0)."""
-        return 1.0, 0.0, 0.0
+
+@compiled
+def _minimum_jerk(duration, first, change, now, time):
+    x = min(max(time / duration, 0.0), 1.0)
+    s = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+    rate = 30.0 * x * x * (1.0 - x) ** 2 / duration
+    acceleration = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
+    _follow(first, change, now, s, rate, acceleration)
+
+
+class Step(Reference):
+    """The target at once, as in the paper: s = 1. It asks for more friction than there is on the way."""
+
+    move = staticmethod(_jump)
 
 
 class MinimumJerk(Reference):
     """s(x) = x^3 (10 - 15 x + 6 x^2), x = t / duration: the smoothest way from rest to rest."""
 
-    def progress(self, time: float) -> tuple[float, float, float]:
-        """s and its two derivatives."""
-        T = self._duration
-        x = min(max(time / T, 0.0), 1.0)
-        return (
-            x**3 * (10.0 - 15.0 * x + 6.0 * x * x),
-            30.0 * x * x * (1.0 - x) ** 2 / T,
-            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / T**2,
-        )
+    move = staticmethod(_minimum_jerk)
 
 
 REFERENCES: dict[str, type[Reference]] = {"step": Step, "minimum-jerk": MinimumJerk}

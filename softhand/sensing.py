@@ -7,52 +7,64 @@ import math
 import numpy as np
 
 from softhand.compiled import compiled, prepared
-from softhand.contact.kinematics import contact_coordinates
+from softhand.contact.kinematics import contact_coordinates, move_contacts
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import least_norm
 from softhand.model.configuration import CONTINUOUS
+from softhand.model.gravity import gravity_forces
 from softhand.observation import Observation, contact_pairs
-from softhand.plant import Plant, State
+from softhand.plant import Plant, State, is_at
 from softhand.references import Desired
 
 
 class Sensor:
-    """Keeps an observation up to date."""
+    """Keeps an observation up to date; without Pinocchio where the stepper has left the plant at the very state."""
 
     def __init__(self, plant: Plant, desired: Desired) -> None:
         self._plant = plant
         self._pairs = np.array(contact_pairs(plant.world.n_tips), dtype=np.int64)
         self.observation = Observation(plant, desired)
+        self._moments, self._gravity = np.zeros((plant.world.model.njoints, 4)), np.zeros(plant.world.model.nv)
         self._state: State | None = None
 
     def observe(self, state: State, time: float) -> Observation:
         """The observation at a state and a time [s]."""
         if state is not self._state:
             self._prepare(state)
-        self._plant.snapshot.sense(state.q)
-        self._observe()
+        if not self._observe(True):
+            self._plant.snapshot.sense(state.q)
+            self._observe(False)
         self.observation.time = time
         return self.observation
 
     def _prepare(self, state: State) -> None:
         plant, snapshot, seen = self._plant, self._plant.snapshot, self.observation
-        self._state = state
+        self._state, seen.configuration = state, state.q
         self._observe = prepared(
             _observe, plant.pads, plant.columns, plant.joints, self._pairs, snapshot.poses, snapshot.J,
-            snapshot.gravity, state.q, state.v, state.z, plant.contacts, plant.contact_columns,
-            seen.joint_position, seen.joint_velocity, seen.q_O, seen.object_rotation, seen.object_twist, seen.T_O,
-            seen.N_F, seen.N_O, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.friction_use, seen.eta,
-            seen.eta_rate, seen.K, seen.internal_force,
+            plant.world.bodies, plant.world.gravity, self._moments, self._gravity, plant.at, state.q, state.v, state.z,
+            plant.contacts, plant.contact_columns, seen.joint_position, seen.joint_velocity, seen.q_O,
+            seen.object_rotation, seen.object_twist, seen.T_O, seen.N_F, seen.N_O, seen.J_CF_f, seen.J_CF_tau,
+            seen.J_O_f, seen.J_O_tau, seen.friction_use, seen.eta, seen.eta_rate, seen.K, seen.internal_force,
+            varying=(True,),
         )  # fmt: skip
 
 
 @compiled
 def _observe(
-    pads, columns, joints, pairs, poses, J, gravity, q, v, z, contacts, contact_columns, joint_position, joint_velocity,
-    q_O, rotation, twist, T_O, N_F, N_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau, friction_use, eta, eta_rate, K,
-    internal_force,
+    pads, columns, joints, pairs, poses, J, bodies, acceleration, moments, gravity, at, q, v, z, contacts,
+    contact_columns, joint_position, joint_velocity, q_O, rotation, twist, T_O, N_F, N_O, J_CF_f, J_CF_tau, J_O_f,
+    J_O_tau, friction_use, eta, eta_rate, K, internal_force, evaluated,
 ):  # fmt: skip
-    evaluate_contacts(pads, columns, poses, J, v, z, 0.0, False, contacts, contact_columns)
+    """Everything but the time; False if the plant is said to be evaluated at this state and is not."""
+    if not evaluated:
+        evaluate_contacts(pads, columns, poses, J, v, z, 0.0, False, contacts, contact_columns)
+        at[0] = math.nan
+    elif is_at(q, v, z, at):
+        move_contacts(columns, contacts, contact_columns, v)
+    else:
+        return False
+    gravity_forces(bodies, acceleration, poses, J, moments, gravity)
     for k in range(joint_position.shape[0]):
         i = joints[k, 1]
         joint_position[k] = math.atan2(q[i + 1], q[i]) if joints[k, 0] == CONTINUOUS else q[i]
@@ -61,6 +73,7 @@ def _observe(
     _describe_contacts(pads, contacts, columns, contact_columns, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau,
                        friction_use, eta, eta_rate)  # fmt: skip
     internal_forces(contacts, pairs, K, internal_force)
+    return True
 
 
 @compiled

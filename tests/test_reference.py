@@ -14,7 +14,7 @@ STEP = {"semi-implicit-euler": 2.5e-4}
 DEGREE = float(np.radians(1.0))
 
 POSE: dict[tuple[str, str], tuple[float, float]] = {
-    ("midpoint", "minimum-jerk"): (2e-6, 0.002 * DEGREE),
+    ("midpoint", "minimum-jerk"): (0.5e-6, 0.0005 * DEGREE),
     ("midpoint", "step"): (0.3e-3, 0.8 * DEGREE),
     ("rk4", "minimum-jerk"): (1e-6, 0.001 * DEGREE),
     ("rk4", "step"): (60e-6, 0.25 * DEGREE),
@@ -29,7 +29,7 @@ GROUPS = [name for name in COLUMNS if name not in ("position [m]", "orientation 
 
 BOUNDS: dict[tuple[str, str], tuple[float, ...]] = {
     # internal force, compression, deformation angles, Phi, force, torsion, joints, torques, friction ratio
-    ("midpoint", "minimum-jerk"): (5e-5, 1.7e-8, 1.2e-5, 1.7e-5, 4.3e-4, 2e-7, 3.2e-5, 1.1e-5, 6.8e-6),
+    ("midpoint", "minimum-jerk"): (3.4e-5, 4.3e-9, 8e-6, 8e-6, 2.1e-4, 1.1e-7, 1.3e-5, 9e-6, 1.1e-5),
     ("midpoint", "step"): (4.5, 6.7e-4, 0.2, 0.011, 16.0, 5.6e-3, 0.0127, 0.28, 0.84),
     ("rk4", "minimum-jerk"): (2.6e-4, 2.2e-8, 1.5e-5, 1.8e-5, 1.8e-3, 5.1e-7, 1.9e-5, 1.2e-5, 1.3e-4),
     ("rk4", "step"): (1.4, 1.35e-4, 0.062, 4.5e-3, 7.6, 2.1e-3, 4.2e-3, 0.056, 0.74),

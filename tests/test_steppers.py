@@ -184,13 +184,13 @@ def test_explicit_steppers_fail_with_stiff_tips(name: str) -> None:
 
 
 def test_torque_is_held_over_smaller_steps() -> None:
-    """Steps of 1/4 ms within a control period of 1 ms come at least ten times nearer to the reference.
+    """Steps of 1/8 ms within a control period of 1 ms come at least ten times nearer to the reference.
 
     The reference holds its torque for 1 ms: a torque that moved with the steps would not converge to it.
     """
     expected = read_reference("minimum-jerk", True)
     coarse, fine = (
-        deviations(run_reference("midpoint", "minimum-jerk", True, step), expected) for step in (1e-3, 2.5e-4)
+        deviations(run_reference("midpoint", "minimum-jerk", True, step), expected) for step in (1e-3, 1.25e-4)
     )
     for group in ("position [m]", "orientation [rad]", "torque [N m]"):
         assert fine[group] < 0.1 * coarse[group]

@@ -71,14 +71,21 @@ def deformation_rate(contact, velocity, rate):
 
 
 @compiled
-def integrate_memory(columns, contacts, jacobian, v, step, z):
-    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation; sets the velocities at v."""
+def move_contacts(columns, contacts, jacobian, v):
+    """The velocities of the contacts at v, with the contact frames of the last evaluation."""
     for i in range(contacts.shape[0]):
         contact = contacts[i]
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
+
+
+@compiled
+def integrate_memory(columns, contacts, jacobian, v, step, z):
+    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation; sets the velocities at v."""
+    move_contacts(columns, contacts, jacobian, v)
+    for i in range(contacts.shape[0]):
         for k in range(3):
-            z[i, k] += step * contact.deformation_rate[1 + k]
+            z[i, k] += step * contacts[i].deformation_rate[1 + k]
 
 
 @compiled

@@ -18,7 +18,7 @@ _DOUBLES_PER_POSE = 12
 
 
 class Snapshot:
-    """M, C v + g, g, Jacobians and joint poses at the last state given to `update` or `sense`.
+    """M, C v + g, Jacobians and joint poses at the last state given to `update` or `sense`.
 
     All arrays are live views of Pinocchio's data: they change with the next update. Copy what you keep.
 
@@ -27,18 +27,15 @@ class Snapshot:
         J: joint Jacobians; column k is the twist that velocity k gives to the bodies it moves: velocity of the point at
             the world origin, then angular velocity, in world axes, shape (6, nv).
         nle: Coriolis, centrifugal and gravity terms, C(q, v) v + N(q), shape (nv,).
-        gravity: N(q) alone, set by `sense` only, shape (nv,).
         poses: pose of each joint frame in the world, rotation by columns then translation [m], shape (joints, 12).
     """
 
     def __init__(self, world: World) -> None:
         self._model = world.model
-        self._q = pin.neutral(world.model)
         self._data = world.model.createData()
         self.M: NDArray[np.float64] = self._data.M
         self.J: NDArray[np.float64] = self._data.J
         self.nle: NDArray[np.float64] = self._data.nle
-        self.gravity: NDArray[np.float64] = self._data.g
         self.poses = self._view_poses()
 
     def _view_poses(self) -> NDArray[np.float64]:
@@ -65,12 +62,10 @@ class Snapshot:
         )
 
     def sense(self, q: NDArray[np.float64]) -> None:
-        """Run at configuration q for what a controller needs: J, poses and gravity; not M, no velocity terms."""
+        """Run at configuration q for what a controller needs: J and poses; not M, no velocity terms."""
         pin.computeJointJacobians(self._model, self._data, q)
-        pin.computeGeneralizedGravity(self._model, self._data, q)
-        self._q = q
 
-    def mass_matrix(self) -> NDArray[np.float64]:
-        """M, both triangles, at the configuration of the last `sense`, shape (nv, nv). A copy."""
-        upper = pin.crba(self._model, self._data, self._q, _WORLD)
+    def mass_matrix(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """M, both triangles, at configuration q, shape (nv, nv). A copy; J and poses are then those at q."""
+        upper = pin.crba(self._model, self._data, q, _WORLD)
         return np.triu(upper) + np.triu(upper, 1).T

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.faces import Face, read_faces
+from softhand.model.gravity import list_bodies
 from softhand.model.urdf import read_urdf
 
 FREE_FLYER_SIZE = 6
@@ -95,6 +96,16 @@ class World:
         kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
         rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(self.model.joints)[1:]]
         return np.array(rows, dtype=np.int64)
+
+    @property
+    def bodies(self) -> NDArray[np.void]:
+        """What each joint carries, table `gravity.BODY`."""
+        return list_bodies(self.model)
+
+    @property
+    def gravity(self) -> NDArray[np.float64]:
+        """Acceleration of gravity [m/s^2], shape (3,)."""
+        return np.array(self.model.gravity.linear)
 
     @property
     def envelope(self) -> NDArray[np.int64]:

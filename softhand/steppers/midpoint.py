@@ -10,20 +10,24 @@ from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
 from softhand.model.configuration import integrate
-from softhand.plant import Plant, State, copy_mass, generalized_force
+from softhand.plant import Plant, State, add_contact_force, copy_mass, generalized_force, is_at, set_at
 from softhand.steppers.stepper import Integration, Stepper
 
 
 class Midpoint(Stepper):
-    """Linearised implicit midpoint.
+    """Linearised implicit midpoint, as kick, drift, kick.
 
-    With everything evaluated at q + (h/2) v and z + (h/2) z'(v), velocity terms at v + dv_previous / 2,
+        kick    w = w + (h/2) a
+                (M + (h^2/4) J^T K J) a = (tau, 0) - (C v + N) - J^T {C_F + (h^2/4) K J' w},   J = [J_CF, -J_O]
+        drift   q and z moved by w for h, the contact frames of z averaged over both ends
+        kick    as before, at the new q and z, with the same torque
+        v       w before the second kick + (h/6) (a of the first kick + 2 a of the second)
 
-        (M + (h^2/4) J^T K J) dv = h {(tau, 0) - (C v + N) - J^T C_F},   J = [J_CF, -J_O]
-        K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part
-
-    then q and z move for h with the mean velocity v + dv/2. No numerical damping. Use `adaptive` where the error
-    must be known, and `rk4` where the torques change fast and the tips are soft.
+    with K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part; J a + J' w is the acceleration of the contact.
+    The two kicks at one instant share one evaluation, which the controller sees as well. For a linear system q is that
+    of the implicit midpoint rule (Newmark's method with beta = 1/4): no numerical damping, and no step is too long. v
+    is that of an acceleration which grows evenly within the step. Use `adaptive` where the error must be known, and
+    `rk4` where the torques change fast and the tips are soft.
     """
 
     def start(self, plant: Plant) -> Integration:
@@ -32,16 +36,16 @@ class Midpoint(Stepper):
 
 
 class _MidpointIntegration(Integration):
-    """Each step ends with the prediction of the next middle: a step is two calls of Pinocchio and one kernel."""
+    """Each step ends with the plant evaluated at the new state, so that the sensor need not do it again."""
 
     def __init__(self, plant: Plant, step: float) -> None:
         super().__init__(plant)
-        nq, nv = plant.world.model.nq, plant.world.model.nv
+        nv = plant.world.model.nv
         self._plant, self._step = plant, step
-        self._dv, self._matrix = np.zeros(nv), np.zeros((nv, nv))
-        self._ahead = np.full(2 * (nq + nv), np.nan)  # q and v in the middle of the next step, then at its start
-        middle = self._ahead[:nq], self._ahead[nq : nq + nv]
-        self._mass, self._velocity_terms = plant.snapshot.updates(*middle)
+        self._velocity = np.zeros((3, nv))  # w; in the middle of the step; expected at its end
+        self._acceleration, self._matrix = np.zeros(nv), np.zeros((nv, nv))
+        self._turning = np.zeros((2, plant.world.n_tips, 4))  # J' w: before the drift; (h^2/4) K J' w
+        self._held = np.zeros_like(self.torque)
         self._state: State | None = None
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
@@ -49,77 +53,126 @@ class _MidpointIntegration(Integration):
             self._prepare(state)
         if torque is not self.torque:
             self.torque[:] = torque
+        if not self._leave():  # the state is not where the last step left it
+            self._plant.snapshot.update(state.q, state.v)
+            self._begin()
+            self._leave()
         self._mass()
         self._velocity_terms()
-        if not self._move():  # the state is not where the last step left it
-            self._predict()
-            self._mass()
-            self._velocity_terms()
-            self._move()
+        self._arrive()
 
     def restart(self) -> None:
-        self._dv[:] = 0.0
-        self._ahead[:] = np.nan
+        self._held[:] = np.nan
+        self._velocity[:] = np.nan
 
     def _prepare(self, state: State) -> None:
-        plant, snapshot, q, v = self._plant, self._plant.snapshot, state.q, state.v
+        plant, snapshot, step, q, v, z = self._plant, self._plant.snapshot, self._step, state.q, state.v, state.z
+        contacts = plant.columns, plant.contacts, plant.contact_columns
+        geometry = plant.pads, plant.envelope, snapshot.poses, snapshot.J, snapshot.M
+        force = snapshot.nle, self.torque
+        memory = self._velocity, self._acceleration, self._matrix, self._turning, self._held, plant.at
         self._state = state
-        self._predict = prepared(_predict, plant.joints, q, v, self._dv, self._step, self._ahead)
-        self._move = prepared(
-            _move, plant.pads, plant.columns, plant.joints, plant.envelope, snapshot.poses, snapshot.J, snapshot.M,
-            snapshot.nle, self.torque, self._step, plant.contacts, plant.contact_columns, self._matrix, self._dv,
-            self._ahead, q, v, state.z,
-        )  # fmt: skip
+        self._mass, self._velocity_terms = snapshot.updates(q, self._velocity[2])
+        self._begin = prepared(_begin, *geometry, *contacts, *memory, step, q, v, z)
+        self._leave = prepared(_leave, plant.joints, plant.envelope, *force, *contacts, *memory, step, q, v, z)
+        self._arrive = prepared(_arrive, *geometry, *force, *contacts, *memory, step, q, v, z)
 
 
 @compiled
-def _predict(joints, q, v, dv, step, ahead):
-    """ahead = (q + (h/2) v, v + dv/2, q, v)."""
-    nq, nv = q.shape[0], v.shape[0]
-    integrate(joints, q, v, 0.5 * step, ahead[:nq])
-    for k in range(nv):
-        ahead[nq + k] = v[k] + 0.5 * dv[k]
-        ahead[2 * nq + nv + k] = v[k]
-    for k in range(nq):
-        ahead[nq + nv + k] = q[k]
-
-
-@compiled
-def _is_predicted(q, v, ahead):
-    """Whether the middle in `ahead` belongs to this state."""
-    nq, nv = q.shape[0], v.shape[0]
-    same = True
-    for k in range(nq):
-        same = same and ahead[nq + nv + k] == q[k]
-    for k in range(nv):
-        same = same and ahead[2 * nq + nv + k] == v[k]
-    return same
-
-
-@compiled
-def _move(
-    pads, columns, joints, envelope, poses, J, M, nle, torque, step, contacts, jacobian, matrix, dv, ahead, q, v, z
+def _begin(
+    pads, envelope, poses, J, M, columns, contacts, jacobian, velocity, acceleration, matrix, turning, held, at, step,
+    q, v, z,
 ):  # fmt: skip
-    """One step from the snapshot at the middle, and the next middle; False if the middle is that of another state."""
-    if not _is_predicted(q, v, ahead):
+    """The first step from a state: contacts and matrix there, and the w that swings as far as v."""
+    evaluate_contacts(pads, columns, poses, J, v, z, 0.0, True, contacts, jacobian)
+    _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
+    w = velocity[0]
+    for i in range(v.shape[0]):
+        w[i] = 0.0
+        for j in range(v.shape[0]):
+            w[i] += M[min(i, j), max(i, j)] * v[j]
+    solve(matrix, envelope, w)
+    turning[:] = 0.0
+    held[:] = np.nan
+    set_at(q, v, z, at)
+
+
+@compiled
+def _leave(
+    joints, envelope, nle, torque, columns, contacts, jacobian, velocity, acceleration, matrix, turning, held, at, step,
+    q, v, z,
+):  # fmt: skip
+    """First kick and drift; False if the plant was not evaluated at this state by the step before."""
+    if not (is_at(q, v, z, at) and velocity[0, 0] == velocity[0, 0]):
         return False
-    evaluate_contacts(pads, columns, poses, J, v, z, 0.5 * step, True, contacts, jacobian)
-    generalized_force(columns, contacts, jacobian, nle, torque, dv)
+    same = True
+    for k in range(torque.shape[0]):
+        same = same and torque[k] == held[k]
+        held[k] = torque[k]
+    if not same:
+        _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
+    w, middle, ahead = velocity[0], velocity[1], velocity[2]
+    for k in range(v.shape[0]):
+        middle[k] = w[k] + 0.5 * step * acceleration[k]
+        ahead[k] = middle[k] + 0.5 * step * acceleration[k]
+    integrate_memory(columns, contacts, jacobian, middle, 0.5 * step, z)
+    integrate(joints, q, middle, step, q)
+    return True
+
+
+@compiled
+def _arrive(
+    pads, envelope, poses, J, M, nle, torque, columns, contacts, jacobian, velocity, acceleration, matrix, turning,
+    held, at, step, q, v, z,
+):  # fmt: skip
+    """Contacts and matrix at the new state, and the second kick."""
+    w, middle = velocity[0], velocity[1]
+    for i in range(contacts.shape[0]):
+        for k in range(4):
+            turning[0, i, k] = contacts[i].deformation_rate[k]
+    evaluate_contacts(pads, columns, poses, J, middle, z, 0.5 * step, True, contacts, jacobian)
+    for i in range(contacts.shape[0]):
+        for k in range(3):
+            z[i, k] = contacts[i].deformation[1 + k]
+        _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
+    _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
+    for k in range(v.shape[0]):
+        v[k] = middle[k] + step / 6.0 * acceleration[k]
+    _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
+    for k in range(v.shape[0]):
+        v[k] += step / 3.0 * acceleration[k]
+        w[k] = middle[k] + 0.5 * step * acceleration[k]
+    set_at(q, v, z, at)
+
+
+@compiled
+def _turn(contact, weight, rate, force):
+    """force = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force."""
+    change = contact.deformation_rate
+    x = contact.distance * contact.cos_Phi * (change[1] - rate[1])
+    y = contact.distance * (change[2] - rate[2])
+    z = change[0] - rate[0]
+    w = contact.sin_Phi * (change[1] - rate[1]) + change[3] - rate[3]
+    K = contact.stiffness
+    for k in range(4):
+        force[k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
+
+
+@compiled
+def _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix):
+    """Factor of M + (h^2/4) J^T K J; NaN if it is not positive definite."""
     copy_mass(M, envelope, matrix)
     _add_stiffness(columns, contacts, jacobian, 0.25 * step * step, matrix)
     if factor(matrix, envelope) >= 0:
-        dv[:] = np.nan
-    else:
-        solve(matrix, envelope, dv)
-    for k in range(v.shape[0]):
-        dv[k] *= step
-        v[k] += 0.5 * dv[k]
-    integrate(joints, q, v, step, q)
-    integrate_memory(columns, contacts, jacobian, v, step, z)
-    for k in range(v.shape[0]):
-        v[k] += 0.5 * dv[k]
-    _predict(joints, q, v, dv, step, ahead)
-    return True
+        matrix[:] = np.nan
+
+
+@compiled
+def _accelerate(envelope, nle, torque, columns, contacts, jacobian, extra, matrix, acceleration):
+    generalized_force(columns, contacts, jacobian, nle, torque, acceleration)
+    for i in range(contacts.shape[0]):
+        add_contact_force(columns[i], jacobian[i], extra[i], acceleration)
+    solve(matrix, envelope, acceleration)
 
 
 @compiled
