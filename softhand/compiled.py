@@ -97,7 +97,8 @@ def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...]
     block = np.array([word for argument in fixed for word in _words(argument)], dtype=np.int64)
     signature = (numba.typeof(block), *(numba.typeof(argument) for argument in varying))
     entry = _entry(function, types, len(varying))
-    entry.compile(signature)
+    if signature not in entry.overloads:
+        entry.compile(signature)
     call: Any = partial(entry.overloads[signature].entry_point, block)
     call.kept = fixed  # the block holds addresses only
     return call
