@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled, prepared
+from softhand.contact.damping import relax
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
@@ -19,8 +20,8 @@ class Midpoint(Stepper):
 
     With everything evaluated at q + (h/2) v and z + (h/2) z'(v), velocity terms at v + dv_previous / 2,
 
-        (M + (h^2/4) J^T K J) dv = h {(tau, 0) - (C v + N) - J^T C_F},   J = [J_CF, -J_O]
-        K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part
+        (M + (h/2) J^T D J + (h^2/4) J^T K J) dv = h {(tau, 0) - (C v + N) - J^T C_F},   J = [J_CF, -J_O]
+        K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part;  D = d C_F / d velocity, of the damping
 
     then q and z move for h with the mean velocity v + dv/2. No numerical damping. Use `adaptive` where the error
     must be known, and `rk4` where the torques change fast and the tips are soft.
@@ -106,7 +107,7 @@ def _move(
     evaluate_contacts(pads, columns, poses, J, v, z, 0.5 * step, True, contacts, jacobian)
     generalized_force(columns, contacts, jacobian, nle, torque, dv)
     copy_mass(M, envelope, matrix)
-    _add_stiffness(columns, contacts, jacobian, 0.25 * step * step, matrix)
+    _add_stiffness(columns, contacts, jacobian, step, matrix)
     if factor(matrix, envelope) >= 0:
         dv[:] = np.nan
     else:
@@ -116,6 +117,7 @@ def _move(
         v[k] += 0.5 * dv[k]
     integrate(joints, q, v, step, q)
     integrate_memory(columns, contacts, jacobian, v, step, z)
+    relax(pads, contacts, step, z)
     for k in range(v.shape[0]):
         v[k] += 0.5 * dv[k]
     _predict(joints, q, v, dv, step, ahead)
@@ -123,10 +125,13 @@ def _move(
 
 
 @compiled
-def _add_stiffness(columns, contacts, jacobian, weight, matrix):
-    """Lower triangle of matrix += weight J^T K J, K symmetrised."""
+def _add_stiffness(columns, contacts, jacobian, step, matrix):
+    """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J, K symmetrised."""
+    weight, per_step = 0.25 * step * step, 2.0 / step
     for i in range(contacts.shape[0]):
-        K = contacts[i].stiffness
+        K, D = contacts[i].stiffness, contacts[i].damping
+        xx, yy = K[0, 0] + per_step * D[0], K[1, 1] + per_step * D[1]
+        zz, ww = K[2, 2] + per_step * D[2], K[3, 3] + per_step * D[3]
         xy, xz, xw = 0.5 * (K[0, 1] + K[1, 0]), 0.5 * (K[0, 2] + K[2, 0]), 0.5 * (K[0, 3] + K[3, 0])
         yz, yw, zw = 0.5 * (K[1, 2] + K[2, 1]), 0.5 * (K[1, 3] + K[3, 1]), 0.5 * (K[2, 3] + K[3, 2])
         for b in range(columns.shape[1]):
@@ -134,10 +139,10 @@ def _add_stiffness(columns, contacts, jacobian, weight, matrix):
             if column < 0:
                 break
             x, y, z, w = jacobian[i, b, 0], jacobian[i, b, 1], jacobian[i, b, 2], jacobian[i, b, 3]
-            fx = weight * (K[0, 0] * x + xy * y + xz * z + xw * w)
-            fy = weight * (xy * x + K[1, 1] * y + yz * z + yw * w)
-            fz = weight * (xz * x + yz * y + K[2, 2] * z + zw * w)
-            fw = weight * (xw * x + yw * y + zw * z + K[3, 3] * w)
+            fx = weight * (xx * x + xy * y + xz * z + xw * w)
+            fy = weight * (xy * x + yy * y + yz * z + yw * w)
+            fz = weight * (xz * x + yz * y + zz * z + zw * w)
+            fw = weight * (xw * x + yw * y + zw * z + ww * w)
             for a in range(b, columns.shape[1]):
                 row = columns[i, a]
                 if row < 0:
