@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from softhand.controllers.controller import Controller
+from softhand.dampings.damping import Damping
 from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
@@ -80,6 +81,15 @@ def read_law(scenario: Scenario) -> Law:
     return read_settings(law_class, section.parameters, "fingertip")
 
 
+def read_damping(scenario: Scenario, law: Law) -> Damping:
+    """The damping of the fingertips of a scenario; the law's own if it has none."""
+    section = scenario.fingertip.damping
+    if section is None:
+        return law.damping
+    damping_class = find_plugin("dampings", section.name, "fingertip.damping.name")
+    return read_settings(damping_class, section.parameters, "fingertip.damping")
+
+
 def read_world(scenario: Scenario) -> World:
     """Hand and object of a scenario."""
     return load_world(
@@ -95,7 +105,8 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
     """The fingertips of a scenario, each with its face, and its grasp at rest."""
     section = scenario.grasp
     faces = faces_of(world, section.contact_points)
-    fingertips = [Fingertip(law, scenario.fingertip.friction, face) for face in faces]
+    damping = read_damping(scenario, law)
+    fingertips = [Fingertip(law, scenario.fingertip.friction, face, damping) for face in faces]
     rotation = rotation_of(scenario.object.rpy)
     grasp = solve_grasp(
         world,
@@ -120,6 +131,9 @@ def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Step
         "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
         "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
     }
+    damping = scenario.fingertip.damping
+    if damping is not None:
+        tables["fingertip"]["damping"] = {"name": damping.name, **_dump(read_damping(scenario, law))}
     return scenario.with_values(tables)
 
 

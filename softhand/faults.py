@@ -11,8 +11,8 @@ from softhand.compiled import compiled
 from softhand.errors import SimulationStopped
 from softhand.plant import Plant
 
-HEALTHY, DIVERGED, FLAT, APEX, RIM = range(5)
-_NAMES = {FLAT: "flat", APEX: "apex", RIM: "rim"}
+HEALTHY, DIVERGED, FLAT, APEX, RIM, BROKEN, PULLS = range(7)
+_NAMES = {FLAT: "flat", APEX: "apex", RIM: "rim", BROKEN: "law", PULLS: "law"}
 
 _FLAT_BELOW = 0.05  # R / r: a hemisphere cannot be pressed flatter
 _APEX_BELOW = 0.01  # cos Phi
@@ -24,14 +24,23 @@ _FASTEST = 1e3  # [m/s, rad/s] faster than any hand: the run has diverged
 @compiled
 def find_fault(v, pads, contacts, Theta):
     """What ends the run, and at which finger; Theta of the previous sample is brought up to date."""
+    for i in range(contacts.shape[0]):
+        if contacts[i].is_broken:
+            return BROKEN, i
     for k in range(v.shape[0]):
         if not abs(v[k]) < _FASTEST:
             return DIVERGED, 0
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        phi = contact.angles[1] + contact.deformation[2]
+        if contact.deformation[0] > 0.0 and contact.deformation_force[0] < 0.0:
+            return PULLS, i
         if contact.distance < _FLAT_BELOW * pads[i].radius:
             return FLAT, i
+        if pads[i].is_surface:
+            if contact.sin_Phi < 0.0:
+                return RIM, i
+            continue
+        phi = contact.angles[1] + contact.deformation[2]
         turn = abs(contact.angles[0] - Theta[i])
         Theta[i] = contact.angles[0]
         if contact.cos_Phi < _APEX_BELOW or min(turn, 2.0 * math.pi - turn) > _APEX_JUMP:
@@ -53,11 +62,14 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
     if fault == DIVERGED:
         return diverged("a velocity is beyond reason or not a number", last_good)
     contact, name = plant.contacts[finger], plant.world.tips[finger].name
+    if fault in (BROKEN, PULLS):
+        return _bad_law(fault, plant, finger, last_good)
     Phi = math.degrees(contact["angles"][1])
+    phi = Phi if plant.pads[finger]["is_surface"] else Phi + math.degrees(contact["deformation"][2])
     what = {
         FLAT: f"is pressed flat (dr = {1e3 * contact['deformation'][0]:.2f} mm)",
         APEX: f"rolls over its apex (Phi = {Phi:.2f} deg), where the paper's coordinates are singular",
-        RIM: f"rolls over its rim (phi = {Phi + math.degrees(contact['deformation'][2]):.1f} deg)",
+        RIM: f"rolls over its rim (phi = {phi:.1f} deg)",
     }[fault]
     return SimulationStopped(
         f"{name} {what} after t = {last_good:g} s; the fingertip model ends there. "
@@ -66,6 +78,35 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
         time=last_good,
         finger=name,
     )
+
+
+def _bad_law(fault: int, plant: Plant, finger: int, last_good: float) -> SimulationStopped:
+    contact, name, law = (
+        plant.contacts[finger],
+        plant.world.tips[finger].name,
+        type(plant.fingertips[finger].law).__name__,
+    )
+    what = "answers a deformation within reason with NaN or infinity"
+    if fault == PULLS:
+        what = (
+            f"pulls with {-contact['deformation_force'][0]:.3g} N while the tip is compressed by "
+            f"{1e3 * contact['deformation'][0]:.3g} mm"
+        )
+    return SimulationStopped(
+        f"the fingertip law '{law}' {what}, at {name} after t = {last_good:g} s; mend its formula or its parameters.",
+        reason=_NAMES[fault],
+        time=last_good,
+        finger=name,
+        law=law,
+    )
+
+
+def broken_down(error: FloatingPointError, plant: Plant, last_good: float) -> SimulationStopped:
+    """The error for a step that could not be made: of the law, if it is to blame."""
+    blamed = np.flatnonzero(plant.contacts["is_broken"])
+    if blamed.size:
+        return _bad_law(BROKEN, plant, int(blamed[0]), last_good)
+    return diverged(str(error), last_good)
 
 
 def diverged(why: str, last_good: float) -> SimulationStopped:
@@ -86,5 +127,36 @@ def approach(Phi: NDArray[np.float64], plant: Plant) -> str:
         plant: for the names of the tips.
     """
     tips = zip(plant.world.tips, Phi.max(axis=0), strict=True)
-    near = [f"{tip.name} {math.degrees(largest):.1f} deg" for tip, largest in tips if largest > _APEX_NEAR]
+    near = [
+        f"{tip.name} {math.degrees(largest):.1f} deg"
+        for (tip, largest), pad in zip(tips, plant.pads, strict=True)
+        if largest > _APEX_NEAR and not pad["is_surface"]
+    ]
     return f" Largest Phi before, with the apex at 90 deg: {', '.join(near)}." if near else ""
+
+
+def out_of_range(time: NDArray[np.float64], dr: NDArray[np.float64], Phi: NDArray[np.float64], plant: Plant) -> str:
+    """Where tips were deformed beyond what their law is meant for, though the run went on; "" if nowhere.
+
+    Args:
+        time: of each sample [s].
+        dr: compression of each sample and contact [m], shape (samples, nc).
+        Phi: likewise [rad].
+        plant: for the laws and the names of the tips.
+    """
+    found = []
+    for i, (tip, fingertip) in enumerate(zip(plant.world.tips, plant.fingertips, strict=True)):
+        law = fingertip.law
+        lowest, highest = law.Phi_range
+        depth, angle = dr[:, i] / law.radius, np.degrees(Phi[:, i])
+        for beyond, worst, limit in (
+            (depth > law.deepest, f"dr = {np.max(depth):.2f} r", f"dr = {law.deepest:g} r"),
+            (angle > highest, f"Phi = {np.max(angle):.1f} deg", f"Phi = {highest:g} deg"),
+            (angle < lowest, f"Phi = {np.min(angle):.1f} deg", f"Phi = {lowest:g} deg"),
+        ):
+            if beyond.any():
+                found.append(
+                    f"{tip.name} goes to {worst}, beyond {limit} at t = {time[np.argmax(beyond)]:.3g} s, where the law "
+                    f"'{type(law).__name__}' is no longer meant to hold."
+                )
+    return " ".join(found)

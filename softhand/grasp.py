@@ -17,7 +17,7 @@ from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
 from softhand.model.world import World
 from softhand.observation import contact_pairs
-from softhand.plant import Fingertip, State
+from softhand.plant import Fingertip, State, memory_size
 from softhand.roots import find_root
 
 Array = NDArray[np.float64]
@@ -26,7 +26,8 @@ ON_FACE = 1e-6  # [m] a contact point may lie so far from its face
 _ANSWERED = 1e-9  # of the force
 RIM = math.radians(1.0)
 APEX = math.radians(89.0)
-"""Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular."""
+"""Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular. A law in
+surface coordinates needs no such limit at the apex."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class Grasp:
 
     Attributes:
         state: joints, object and deformation memory.
-        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (nc, 4).
+        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates,
+            shape (nc, 4).
         force: f_x, f_y, f_z [N] and tau [N m] on the object in C_F, shape (nc, 4).
         angles: Theta, Phi [rad], shape (nc, 2).
         friction_use: |f_t| / (mu f_z), shape (nc,).
@@ -110,9 +112,11 @@ def solve_grasp(
     arm = Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
+    law_force = np.zeros((nc, 4))
     for i in range(nc):
-        deformation[i], contact_angles[i], contact_force[i] = _settle(
-            arm, i, fingertips[i], points[i], -normals[i], forces[i], angles
+        frame = rotation @ np.column_stack([fingertips[i].face.tangent, -fingertips[i].face.normal])
+        deformation[i], contact_angles[i], contact_force[i], law_force[i] = _settle(
+            arm, i, fingertips[i], points[i], frame, forces[i], angles
         )
     arm.move(angles)
     _check_torques(arm, forces, points)
@@ -120,7 +124,10 @@ def solve_grasp(
     q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
     friction = np.array([fingertip.friction for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
-    state = State(q, np.zeros(world.model.nv), deformation[:, 1:].copy())
+    memory = np.zeros((nc, memory_size(fingertips)))
+    memory[:, :3] = deformation[:, 1:]
+    memory[:, 3:] = np.tile(law_force, (memory.shape[1] - 3) // 4)  # all is relaxed
+    state = State(q, np.zeros(world.model.nv), memory)
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 
@@ -180,30 +187,38 @@ def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
 
 
 def _settle(
-    arm: Arm, index: int, fingertip: Fingertip, point: Array, z_C: Array, force: Array, angles: Array
-) -> tuple[Array, Array, Array]:
-    """Deformation, (Theta, Phi) and contact force of one finger; sets its joints in `angles`."""
+    arm: Arm, index: int, fingertip: Fingertip, point: Array, frame: Array, force: Array, angles: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Deformation, (Theta, Phi), contact force and force of the law of one finger; sets its joints in `angles`.
+
+    `frame` has as columns the tangent and the inward normal of the face in the world.
+    """
     name, law = arm.world.tips[index].name, fingertip.law
+    is_surface = law.coordinates == "surface"
+    tangent, z_C = frame.T
     deformation = np.zeros(4)
     for _ in range(50):
         _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
-        if not RIM < Phi < APEX:
+        if not RIM < Phi < (math.inf if is_surface else APEX):
             place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
             raise GraspError(
                 f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
-                f"{math.degrees(RIM):.0f} to {math.degrees(APEX):.0f} deg. Move the object or the contact point.",
+                f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
+                "Move the object or the contact point.",
                 finger=name, quantity="Phi", value=Phi,
             )  # fmt: skip
-        x_C = axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
-        wanted = np.array([x_C @ force, np.cross(z_C, x_C) @ force, z_C @ force, 0.0])
+        x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
+        y_C = np.cross(z_C, x_C)
+        bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
+        wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
         previous = deformation
-        deformation = _deform(name, law, Phi, wanted)
+        deformation = _deform(name, law, Phi, bearing, wanted / fingertip.damping.relaxed())
         if np.max(np.abs(deformation - previous)) < 1e-14:
             break
-    return deformation, np.array([Theta, Phi]), wanted
+    return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
 def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
@@ -217,22 +232,28 @@ def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
         )  # fmt: skip
 
 
-def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
+def _deform(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -> Array:
     """The deformation that the law answers with a contact force, J_delta^-T dF = wanted."""
-    J_delta = np.zeros((4, 4))
-    lengths = np.array([law.radius, 1.0, 1.0, 1.0])
-    size = np.array([1.0, law.radius, law.radius, law.radius]) * np.linalg.norm(wanted)
+    is_surface = law.coordinates == "surface"
+    J_delta = np.eye(4)[[1, 2, 0, 3]]
+    tangential = law.radius if is_surface else 1.0
+    lengths = np.array([law.radius, tangential, tangential, 1.0])
+    size = law.radius / lengths * np.linalg.norm(wanted)
 
     def excess(scaled: Array) -> Array:
         deformation = scaled * lengths
-        deformation_jacobian(law.radius - deformation[0], math.sin(Phi), math.cos(Phi), J_delta)
-        return (law(deformation, Phi) - J_delta.T @ wanted) / size
+        if not is_surface:
+            deformation_jacobian(law.radius - deformation[0], math.sin(Phi), math.cos(Phi), J_delta)
+        return (law(deformation, Phi, bearing) - J_delta.T @ wanted) / size
 
     def slope(scaled: Array) -> Array:
         return np.column_stack([(excess(scaled + h) - excess(scaled - h)) / 2e-6 for h in 1e-6 * np.eye(4)])
 
     lower, upper = np.array([1e-6, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
-    scaled, left = find_root(excess, slope, [np.array([0.1, 0.0, 0.0, 0.0])], lower, upper, _ANSWERED)
+    if is_surface:
+        lower[2], upper[2] = -1.5, 1.5
+    start = np.array([_depth(law, Phi, bearing, wanted[2]) / law.radius, 0.0, 0.0, 0.0])
+    scaled, left = find_root(excess, slope, [start], lower, upper, _ANSWERED)
     if left > _ANSWERED:
         raise GraspError(
             f"{name}: no deformation of the tip answers with the force {np.round(wanted[:3], 3).tolist()} N "
@@ -240,6 +261,17 @@ def _deform(name: str, law: Law, Phi: float, wanted: Array) -> Array:
             finger=name, quantity="force", value=wanted,
         )  # fmt: skip
     return scaled * lengths
+
+
+def _depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
+    """dr [m], within 5 %, at which the law first answers with that normal force [N] without shear.
+
+    A law may have a second answer with less depth and much more shear, which a start from no depth would find.
+    """
+    depth = 1e-3 * law.radius
+    while depth < 0.9 * law.radius and law([depth, 0.0, 0.0, 0.0], Phi, bearing)[0] < pressing:
+        depth *= 1.05
+    return depth
 
 
 def _check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:

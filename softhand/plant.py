@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from softhand.compiled import compiled
 from softhand.contact.layer import evaluate_contacts
-from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, PAD
+from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD
+from softhand.dampings.damping import Damping
 from softhand.errors import LawError
-from softhand.laws.law import N_DEFORMATION, Law, compile_law
+from softhand.laws.law import LEADING, Law, compile_law
 from softhand.linear import factor, solve
 from softhand.model.faces import Face
 from softhand.model.snapshot import Snapshot
@@ -29,6 +30,7 @@ class Fingertip:
     friction: float
     """Coefficient mu."""
     face: Face
+    damping: Damping = Damping()  # noqa: RUF009  frozen
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ class State:
     Attributes:
         q: joint positions [rad or m], then position [m] and quaternion (x, y, z, w) of the object, shape (nq,).
         v: joint velocities, then linear [m/s] and angular [rad/s] velocity of the object in its own frame, shape (nv,).
-        z: dtheta, dphi, dpsi of each contact [rad], shape (nc, 3).
+        z: dtheta, dphi, dpsi [rad] of each contact, or s1, s2 [m], psi [rad] under a law in surface coordinates; then
+            four forces for each relaxation of the damping; shape (nc, `Plant.n_memory`).
     """
 
     q: Array
@@ -69,7 +72,8 @@ class Plant:
         joints: what `configuration.integrate` needs, shape (joints, 3).
         envelope: first column of each row of the mass matrix, shape (nv,).
         at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
-            NaN if unknown, shape (nq + nv + 3 nc,).
+            NaN if unknown, shape (nq + nv + nc n_memory,).
+        n_memory: numbers of each contact in z of a `State`.
     """
 
     def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
@@ -81,9 +85,10 @@ class Plant:
         self.fingertips = tuple(fingertips)
         self._code = {law: compile_law(law) for law in {fingertip.law for fingertip in fingertips}}
         self.pads = self._build_pads()
+        self.n_memory = memory_size(fingertips)
         self.contacts = np.zeros(world.n_tips, CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 4))
-        self.at = np.full(world.model.nq + world.model.nv + 3 * world.n_tips, np.nan)
+        self.at = np.full(world.model.nq + world.model.nv + world.n_tips * self.n_memory, np.nan)
         self._mass = np.zeros((world.model.nv, world.model.nv))
 
     def _build_pads(self) -> NDArray[np.void]:
@@ -100,9 +105,12 @@ class Plant:
             pad["face_normal"], pad["face_tangent"] = fingertip.face.normal, fingertip.face.tangent
             pad["face_offset"] = fingertip.face.offset
             pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
+            leading = len(LEADING[fingertip.law.coordinates])
             arguments = np.zeros(LAW_ARGUMENTS)
-            arguments[N_DEFORMATION : N_DEFORMATION + len(code.parameters)] = code.parameters
+            arguments[leading : leading + len(code.parameters)] = code.parameters
             pad["law_arguments"] = arguments
+            pad["is_surface"] = fingertip.law.coordinates == "surface"
+            _set_damping(pad, fingertip.damping)
         return pads
 
     def update(self, q: Array, v: Array, z: Array) -> None:
@@ -155,6 +163,24 @@ class Plant:
         return out
 
 
+def memory_size(fingertips: Sequence[Fingertip]) -> int:
+    """Numbers of each contact in z of a `State`: three, and four for each relaxation of the damping."""
+    return 3 + 4 * max(len(fingertip.damping.relaxation()) for fingertip in fingertips)
+
+
+def _set_damping(pad: np.void, damping: Damping) -> None:
+    pad["viscosity"], pad["viscosity_per_force"] = damping.viscosity(), damping.viscosity_per_force()
+    pairs = damping.relaxation()
+    if len(pairs) > MAX_RELAXATIONS:
+        raise LawError(
+            f"damping '{type(damping).__name__}' has {len(pairs)} relaxations; at most {MAX_RELAXATIONS} fit.",
+            law=type(damping).__name__,
+        )
+    for k, pair in enumerate(pairs):
+        pad["relaxation"][k] = pair
+    pad["is_damped"] = any(damping.viscosity()) or any(damping.viscosity_per_force()) or bool(pairs)
+
+
 def _pad_columns(world: World) -> NDArray[np.int64]:
     of_object = range(world.n_joints, world.model.nv)
     moved = [[*tip.columns, *of_object] for tip in world.tips]
@@ -171,9 +197,10 @@ def is_at(q, v, z, at):
         same = same and at[k] == q[k]
     for k in range(nv):
         same = same and at[nq + k] == v[k]
+    memory = z.shape[1]
     for i in range(z.shape[0]):
-        for k in range(3):
-            same = same and at[nq + nv + 3 * i + k] == z[i, k]
+        for k in range(memory):
+            same = same and at[nq + nv + memory * i + k] == z[i, k]
     return same
 
 
@@ -185,9 +212,10 @@ def set_at(q, v, z, at):
         at[k] = q[k]
     for k in range(nv):
         at[nq + k] = v[k]
+    memory = z.shape[1]
     for i in range(z.shape[0]):
-        for k in range(3):
-            at[nq + nv + 3 * i + k] = z[i, k]
+        for k in range(memory):
+            at[nq + nv + memory * i + k] = z[i, k]
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Names of fingertip laws, controllers and steppers: those that ship, and those that other packages add.
+"""Names of fingertip laws, dampings, controllers and steppers: those that ship, and those that other packages add.
 
 A package adds one by an entry point in its pyproject.toml, for instance
 
@@ -19,6 +19,18 @@ from softhand.settings import nearest
 SHIPPED: dict[str, dict[str, str]] = {
     "laws": {
         "nakashima": "softhand.laws.nakashima:Nakashima",
+        "conservative": "softhand.laws.conservative:Conservative",
+        "radial": "softhand.laws.radial:Radial",
+        "parallel-distributed": "softhand.laws.parallel_distributed:ParallelDistributed",
+        "planar": "softhand.laws.planar:Planar",
+        "hertz": "softhand.laws.hertz:Hertz",
+        "power": "softhand.laws.power:Power",
+        "point": "softhand.laws.point:Point",
+    },
+    "dampings": {
+        "kelvin-voigt": "softhand.dampings.kelvin_voigt:KelvinVoigt",
+        "hunt-crossley": "softhand.dampings.hunt_crossley:HuntCrossley",
+        "fung": "softhand.dampings.fung:Fung",
     },
     "controllers": {
         "regulation": "softhand.controllers.regulation:Regulation",
@@ -33,13 +45,14 @@ SHIPPED: dict[str, dict[str, str]] = {
 
 _BASES = {
     "laws": "softhand.laws.law:Law",
+    "dampings": "softhand.dampings.damping:Damping",
     "controllers": "softhand.controllers.controller:Controller",
     "steppers": "softhand.steppers.stepper:Stepper",
 }
 
 
 def plugin_names(kind: str) -> list[str]:
-    """Names of one kind, `laws`, `controllers` or `steppers`: shipped first, then those of other packages."""
+    """Names of one kind, `laws`, `dampings`, `controllers` or `steppers`: shipped first, then those of other packages."""
     return list(SHIPPED[kind]) + sorted(set(_foreign(kind)) - set(SHIPPED[kind]))
 
 
@@ -47,7 +60,7 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
     """The class of that name.
 
     Args:
-        kind: `laws`, `controllers` or `steppers`.
+        kind: `laws`, `dampings`, `controllers` or `steppers`.
         name: as in a scenario.
         key: key of the scenario that holds the name, for the message.
 

@@ -61,11 +61,18 @@ class ObjectSection(Settings):
     rpy: Vector3
 
 
+class DampingSection(OpenSettings):
+    """The damping of the tips by name, and its own parameters."""
+
+    name: str
+
+
 class FingertipSection(OpenSettings):
-    """The fingertip law by name, its friction coefficient, and the law's own parameters."""
+    """The fingertip law by name, its friction coefficient, its damping if any, and the law's own parameters."""
 
     law: str
     friction: Positive
+    damping: DampingSection | None = None
 
 
 class GraspSection(Settings):
@@ -176,6 +183,14 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
     except ScenarioError as error:
         gap = "\n" if "\n" in str(error) else " "
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
+
+
+def with_law(scenario: Scenario, name: str) -> Scenario:
+    """The scenario with another fingertip law and its default parameters; radius, friction and damping stay."""
+    section = scenario.fingertip
+    kept = {"friction": section.friction, "damping": section.damping and section.damping.model_dump()}
+    table = {"law": name, **kept, "radius": section.parameters.get("radius")}
+    return scenario.with_values({"fingertip": {key: value for key, value in table.items() if value is not None}})
 
 
 def _check_count(key: str, values: tuple[Any, ...], count: int, why: str) -> None:

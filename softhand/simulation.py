@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
-from softhand.faults import HEALTHY, approach, diverged, find_fault, stopped
+from softhand.faults import HEALTHY, approach, broken_down, find_fault, out_of_range, stopped
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
 from softhand.recorder import Recorder
@@ -88,6 +88,7 @@ class Simulation:
         self._checked: Any = None
         self.integration.restart()
         self.torque[:], self.torque_limited[:], self._Theta[:] = 0.0, 0, np.nan
+        self.plant.contacts["is_broken"] = 0
 
     def sample(self) -> Observation:
         """Observe, ask the controller, apply the effort limits.
@@ -113,7 +114,7 @@ class Simulation:
             for _ in range(self._steps):
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
-            raise diverged(str(error), self.time) from error
+            raise broken_down(error, self.plant, self.time) from error
         self._k += 1
         self.time = round(self._k * self._period, 12)
 
@@ -248,6 +249,7 @@ class Simulation:
             ("tip_position", "tip"),
         ):
             variables[name] = contacts[field]
+        variables["deformation"] = _deformation(contacts, self.plant)
         world = self.plant.world
         steps = max(len(recorder) - 1, 0) * self._steps
         wall = max(clock.perf_counter() - began, 1e-9)
@@ -263,8 +265,22 @@ class Simulation:
             complete=not reason,
             reason=reason,
             stop_time=float(variables["time"][-1]) if len(recorder) else 0.0,
-            attributes={"steps_per_second": steps / wall, "wall_time": wall},
+            attributes={"steps_per_second": steps / wall, "wall_time": wall, **self._notes(variables)},
         )
+
+    def _notes(self, variables: dict[str, NDArray[Any]]) -> dict[str, str]:
+        """What a reader of the recording must know of the fingertip law."""
+        Phi, dr = variables["contact_angles"][..., 1], variables["deformation"][..., 0]
+        note = out_of_range(variables["time"], dr, Phi, self.plant) if len(dr) else ""
+        return {"out_of_range": note} if note else {}
+
+
+def _deformation(contacts: NDArray[np.void], plant: Plant) -> NDArray[np.float64]:
+    """As recorded: the displacements of a law in surface coordinates as the angles s / R."""
+    deformation = contacts["deformation"].copy()
+    surface = np.flatnonzero(plant.pads["is_surface"])
+    deformation[:, surface, 1:3] /= contacts["distance"][:, surface, None]
+    return deformation
 
 
 def _whole_periods(controller: Controller, period: float) -> int:

@@ -3,9 +3,10 @@
 import pytest
 
 from softhand import Controller, Law, ScenarioError, Stepper, load_scenario, simulate
+from softhand.dampings.damping import Damping
 from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_names
 
-BASES = {"laws": Law, "controllers": Controller, "steppers": Stepper}
+BASES = {"laws": Law, "dampings": Damping, "controllers": Controller, "steppers": Stepper}
 ALL = [(kind, name) for kind, names in SHIPPED.items() for name in names]
 
 

@@ -21,8 +21,7 @@ class Summary:
         friction_finger: where that was.
         friction_time: when that was [s].
         torque_limited: share of the samples in which an effort limit cut a torque.
-        apex_angle: largest Phi of the run [deg]; at 90 the paper's law is singular.
-        apex_finger: where that was.
+        out_of_range: where the fingertip law was used beyond what it is meant for, a sentence; "" if nowhere.
         lost_contact: tips that did not press at some time, each with the first such time [s].
         steps_per_second: simulated time steps per second of wall time, controller and recording included.
         real_time_factor: simulated time over wall time.
@@ -35,8 +34,7 @@ class Summary:
     friction_finger: str
     friction_time: float
     torque_limited: float
-    apex_angle: float
-    apex_finger: str
+    out_of_range: str
     lost_contact: dict[str, float]
     steps_per_second: float
     real_time_factor: float
@@ -65,11 +63,8 @@ class Summary:
                 f"({self.friction_finger}, t = {self.friction_time:.3g} s): pure rolling, "
                 "as the paper assumes it, asks for more friction than there is."
             )
-        if self.apex_angle > 85.0:
-            found.append(
-                f"{self.apex_finger} came to Phi = {self.apex_angle:.1f} deg: near the apex the paper's law turns "
-                "stiff without bound."
-            )
+        if self.out_of_range:
+            found.append(self.out_of_range)
         for finger, time in self.lost_contact.items():
             found.append(f"{finger} does not press on the object from t = {time:.3g} s; its grip there is a fiction.")
         return found
@@ -102,8 +97,7 @@ def summarize(recording: Recording) -> Summary:
         friction_finger=fingers[contact],
         friction_time=float(recording.time[sample]),
         torque_limited=float(np.mean(np.any(recording.torque_limited, axis=1))),
-        apex_angle=float(np.degrees(np.max(recording.contact_angles[:, :, 1]))),
-        apex_finger=fingers[int(np.argmax(np.max(recording.contact_angles[:, :, 1], axis=0)))],
+        out_of_range=str(recording.attributes.get("out_of_range", "")),
         lost_contact=lost,
         steps_per_second=float(recording.attributes.get("steps_per_second", np.nan)),
         real_time_factor=recording.stop_time / wall,

@@ -35,6 +35,9 @@ def simulate(
     ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     out: Out = None,
+    law: Annotated[
+        str | None, typer.Option(help="Fingertip law, with its own defaults and the scenario's radius and friction.")
+    ] = None,
     stepper: Annotated[str | None, typer.Option(help="Stepper, with its own defaults and the scenario's step.")] = None,
     controller: Annotated[str | None, typer.Option(help="Controller, with its own defaults.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
@@ -42,13 +45,15 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
-    from softhand.scenario import load_scenario
+    from softhand.scenario import load_scenario, with_law
     from softhand.scenario_file import parse_override
 
     values = dict(parse_override(change) for change in changes)
     if duration is not None:
         values["duration"] = duration
     chosen = load_scenario(scenario, values)
+    if law is not None and law != chosen.fingertip.law:
+        chosen = with_law(chosen, law)
     if controller is not None and controller != chosen.controller.name:
         chosen = chosen.with_values({"controller": {"name": controller}})
     if stepper is not None and stepper != chosen.stepper.name:

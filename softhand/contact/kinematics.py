@@ -58,30 +58,36 @@ def deformation_rate(contact, velocity, rate):
 
         J_delta = [0, R cosPhi, 0, 0;  0, 0, R, 0;  1, 0, 0, 0;  0, sinPhi, 0, 1]          (37), (42)
 
+    In surface coordinates J_delta only puts the components in order: dr' = v_z, s' = v_xy, psi' = w_z.
+
     Args:
         contact: one row of `records.CONTACT`, after `place_contact`.
         velocity: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F, shape (4,).
-        rate: of dr [m/s], dtheta, dphi, dpsi [rad/s], shape (4,).
+        rate: of dr [m/s], dtheta, dphi, dpsi [rad/s], or of dr, s1, s2 [m/s], psi [rad/s], shape (4,).
     """
-    dtheta = velocity[0] / (contact.distance * contact.cos_Phi)
     rate[0] = velocity[2]
-    rate[1] = dtheta
-    rate[2] = velocity[1] / contact.distance
-    rate[3] = velocity[3] - contact.sin_Phi * dtheta
+    rate[1] = contact.theta_per_x * velocity[0]
+    rate[2] = contact.phi_per_y * velocity[1]
+    rate[3] = velocity[3] + contact.psi_per_x * velocity[0]
 
 
 @compiled
 def move_contacts(columns, contacts, jacobian, v):
-    """The velocities of the contacts at v, with the contact frames of the last evaluation."""
+    """The velocities of the contacts at v, and the viscous forces there, with the frames of the last evaluation."""
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        relative_velocity(columns[i], jacobian[i], v, contact.velocity)
-        deformation_rate(contact, contact.velocity, contact.deformation_rate)
+        force, velocity, damping = contact.force, contact.velocity, contact.damping
+        for k in range(4):
+            force[k] -= damping[k] * velocity[k]
+        relative_velocity(columns[i], jacobian[i], v, velocity)
+        for k in range(4):
+            force[k] += damping[k] * velocity[k]
+        deformation_rate(contact, velocity, contact.deformation_rate)
 
 
 @compiled
 def integrate_memory(columns, contacts, jacobian, v, step, z):
-    """z += h z'(v), shape (nc, 3), with the contact frames of the last evaluation; sets the velocities at v."""
+    """z[:, :3] += h z'(v), with the contact frames of the last evaluation; sets the velocities at v."""
     move_contacts(columns, contacts, jacobian, v)
     for i in range(contacts.shape[0]):
         for k in range(3):
@@ -91,15 +97,18 @@ def integrate_memory(columns, contacts, jacobian, v, step, z):
 @compiled
 def contact_force(contact, dF, force):
     """force = J_delta^-T dF, Eq. (48): f_x, f_y, f_z [N] and tau [N m] on the object, in C_F."""
-    force[0] = (dF[1] - contact.sin_Phi * dF[3]) / (contact.distance * contact.cos_Phi)
-    force[1] = dF[2] / contact.distance
+    force[0] = contact.theta_per_x * dF[1] + contact.psi_per_x * dF[3]
+    force[1] = contact.phi_per_y * dF[2]
     force[2] = dF[0]
     force[3] = dF[3]
 
 
 @compiled
 def deformation_jacobian(distance, sin_Phi, cos_Phi, J_delta):
-    """J_delta of (37), (42): contact velocity in C_F from the rate of (dr, dtheta, dphi, dpsi), shape (4, 4)."""
+    """J_delta of (37), (42): contact velocity in C_F from the rate of (dr, dtheta, dphi, dpsi), shape (4, 4).
+
+    Of the polar coordinates; that of the surface coordinates has ones in the places of the first three entries.
+    """
     J_delta[:] = 0.0
     J_delta[0, 1] = distance * cos_Phi
     J_delta[1, 2] = distance
@@ -119,7 +128,8 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         psi'     = w_z + sinPhi theta'                      (40)
 
     alpha_o are the coordinates of the contact point in the face frame, whose origin is the foot of the perpendicular
-    from the object frame's origin.
+    from the object frame's origin. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
+    are then the angles Theta, Phi and Psi of the deformed tip, and (38)-(40) hold with V_C the whole relative velocity.
 
     Args:
         pad: one row of `records.PAD`.
@@ -132,7 +142,8 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         eta_rate: set, shape (5,).
     """
     R = contact.rotation
-    # face frame in the world; x_C in it gives Psi
+    cosine, sine = _polar_axes(pad, contact)
+    # face frame in the world; x_C of (17) in it gives Psi
     x_C_x, x_C_y, alpha_x, alpha_y = 0.0, 0.0, 0.0, 0.0
     n, t = pad.face_normal, pad.face_tangent
     sx, sy, sz = n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
@@ -140,20 +151,26 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         tangent = object_pose[row] * t[0] + object_pose[3 + row] * t[1] + object_pose[6 + row] * t[2]
         second = object_pose[row] * sx + object_pose[3 + row] * sy + object_pose[6 + row] * sz
         arm = contact.point[row] - object_pose[9 + row]
-        x_C_x += tangent * R[row, 0]
-        x_C_y += second * R[row, 0]
+        x_C = cosine * R[row, 0] + sine * R[row, 1]
+        x_C_x += tangent * x_C
+        x_C_y += second * x_C
         alpha_x += tangent * arm
         alpha_y += second * arm
-    Psi = math.atan2(-x_C_y, x_C_x)
-    eta[0] = contact.angles[0] + contact.deformation[1]
-    eta[1] = contact.angles[1] + contact.deformation[2]
+    dtheta, dphi, dpsi, theta_rate, phi_rate, psi_rate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if not pad.is_surface:
+        dtheta, dphi, dpsi = contact.deformation[1], contact.deformation[2], contact.deformation[3]
+        theta_rate, phi_rate = contact.deformation_rate[1], contact.deformation_rate[2]
+        psi_rate = contact.deformation_rate[3]
+    eta[0], eta[1] = contact.angles[0] + dtheta, contact.angles[1] + dphi
     eta[2], eta[3] = alpha_x, alpha_y
-    eta[4] = Psi - contact.deformation[3]
-    wx, wy = _rolling_rate(contact, columns, J, v)
-    distance, rate = contact.distance, contact.deformation_rate
-    vx = contact.velocity[0] - distance * contact.cos_Phi * rate[1]
-    vy = contact.velocity[1] - distance * rate[2]
-    wz = contact.velocity[3] - contact.sin_Phi * rate[1] - rate[3]
+    eta[4] = math.atan2(-x_C_y, x_C_x) - dpsi
+    relative_x, relative_y = _relative_spin(contact, columns, J, v)
+    wx = cosine * relative_x + sine * relative_y + phi_rate
+    wy = cosine * relative_y - sine * relative_x - contact.cos_Phi * theta_rate
+    distance, velocity = contact.distance, contact.velocity
+    vx = cosine * velocity[0] + sine * velocity[1] - distance * contact.cos_Phi * theta_rate
+    vy = cosine * velocity[1] - sine * velocity[0] - distance * phi_rate
+    wz = velocity[3] - contact.sin_Phi * theta_rate - psi_rate
     eta_rate[0], eta_rate[1] = -wy / contact.cos_Phi, wx
     along, across = -distance * wy + vx, distance * wx + vy
     eta_rate[2] = x_C_x * along + x_C_y * across  # R_psi = [cosPsi -sinPsi; -sinPsi -cosPsi] is its own inverse
@@ -162,8 +179,16 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
 
 
 @compiled
-def _rolling_rate(contact, columns, J, v):
-    """w_x, w_y of V_C: angular velocity of the tip relative to the object less that of the deformation."""
+def _polar_axes(pad, contact):
+    """Cosine and sine of the angle about z_C from x_C of the contact frame to x_C of (17)."""
+    if not pad.is_surface or contact.cos_Phi == 0.0:
+        return 1.0, 0.0
+    return contact.lean[1] / contact.cos_Phi, -contact.lean[0] / contact.cos_Phi
+
+
+@compiled
+def _relative_spin(contact, columns, J, v):
+    """Angular velocity of the tip relative to the object along x and y of the contact frame."""
     x, y, z = 0.0, 0.0, 0.0
     object_column = v.shape[0] - 6
     for a in range(columns.shape[0]):
@@ -172,7 +197,5 @@ def _rolling_rate(contact, columns, J, v):
             break
         speed = v[column] if column < object_column else -v[column]
         x, y, z = x + J[3, column] * speed, y + J[4, column] * speed, z + J[5, column] * speed
-    R, rate = contact.rotation, contact.deformation_rate
-    wx = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z + rate[2]
-    wy = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z - contact.cos_Phi * rate[1]
-    return wx, wy
+    R = contact.rotation
+    return R[0, 0] * x + R[1, 0] * y + R[2, 0] * z, R[0, 1] * x + R[1, 1] * y + R[2, 1] * z

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from softhand.compiled import compiled
+from softhand.contact.damping import damp
 from softhand.contact.geometry import place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
@@ -33,7 +36,8 @@ def _call(typing_context, address, arguments, results):
 def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, contacts, jacobian):
     """Geometry, relative velocity, deformation, force and, if asked, stiffness of every contact.
 
-    (R, Theta, Phi) follow from the poses, so dr = r - R cannot drift; only z = (dtheta, dphi, dpsi) has a memory.
+    (R, Theta, Phi) follow from the poses, so dr = r - R cannot drift; only z has a memory: (dtheta, dphi, dpsi), or
+    (s1, s2, psi) under a law in surface coordinates, and behind them what a damping remembers.
 
     Args:
         pads: table `records.PAD`, shape (nc,).
@@ -41,7 +45,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         poses: `Snapshot.poses`; the object is the last, shape (joints, 12).
         J: `Snapshot.J`, shape (6, nv).
         v: velocity, shape (nv,).
-        z: dtheta, dphi, dpsi of each contact [rad], shape (nc, 3).
+        z: memory of each contact, see `State`, shape (nc, 3 or more).
         lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
@@ -60,20 +64,40 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
             contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
         for k in range(4):
             pad.law_arguments[k] = contact.deformation[k]
-        pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
+        if pad.is_surface:
+            pad.law_arguments[4], pad.law_arguments[5] = contact.lean[0], contact.lean[1]
+        else:
+            pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
         _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
         contact_force(contact, contact.deformation_force, contact.force)
+        if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
+            _blame_law(pad, contact)
         if with_stiffness:
             _call(pad.stiffness_function, pad.law_arguments, contact.derivatives)
             _contact_stiffness(contact, contact.derivatives, contact.stiffness)
+        if pad.is_damped:
+            damp(pad, contact, z[i], lead)
+
+
+_BEYOND_REASON = 10.0  # [rad], or radii: a larger deformation is a run that has diverged, not a matter for a law
+
+
+@compiled
+def _blame_law(pad, contact):
+    """Mark the contact if the law, and not the deformation handed to it, is beyond reason."""
+    unit = pad.radius if pad.is_surface else 1.0
+    dr, a, b, c = contact.deformation[0], contact.deformation[1], contact.deformation[2], contact.deformation[3]
+    answer = contact.deformation_force[0] + contact.deformation_force[1]
+    answer += contact.deformation_force[2] + contact.deformation_force[3]
+    within = abs(dr) < pad.radius and max(abs(a), abs(b)) < _BEYOND_REASON * unit and abs(c) < _BEYOND_REASON
+    if within and not math.isfinite(answer):
+        contact.is_broken = 1
 
 
 @compiled
 def _contact_stiffness(contact, derivatives, stiffness):
     """J_delta^-T (d dF / d delta) J_delta^-1; rows and columns (x, y, z, rotation about z)."""
-    to_theta = 1.0 / (contact.distance * contact.cos_Phi)
-    to_phi = 1.0 / contact.distance
-    twist = -contact.sin_Phi * to_theta
+    to_theta, to_phi, twist = contact.theta_per_x, contact.phi_per_y, contact.psi_per_x
     for row in range(4):  # columns of D J_delta^-1, with J_delta^-1 sparse
         dr, dtheta = derivatives[4 * row], derivatives[4 * row + 1]
         dphi, dpsi = derivatives[4 * row + 2], derivatives[4 * row + 3]

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from softhand.laws.law import N_DEFORMATION
+from softhand.laws.law import LEADING
 
 MAX_LAW_PARAMETERS = 16
-LAW_ARGUMENTS = N_DEFORMATION + MAX_LAW_PARAMETERS
+LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
+MAX_RELAXATIONS = 4
 
 PAD = np.dtype(
     [
@@ -25,27 +26,38 @@ PAD = np.dtype(
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
         ("force_function", np.int64),  # address of the compiled law
         ("stiffness_function", np.int64),  # address of its derivatives
-        ("law_arguments", np.float64, LAW_ARGUMENTS),  # deformation (5) as the kernel sets it, then parameters
+        ("is_surface", np.int64),  # coordinates of the law: 1 surface, 0 polar
+        ("law_arguments", np.float64, LAW_ARGUMENTS),  # deformation and angles as the kernel sets them, then parameters
+        ("is_damped", np.int64),
+        ("viscosity", np.float64, 3),  # radial, tangential [N s/m], torsional [N m s/rad]
+        ("viscosity_per_force", np.float64, 3),  # the same over the normal force
+        ("relaxation", np.float64, (MAX_RELAXATIONS, 2)),  # share, rate [1/s]; the rows in use come first
     ]
 )
 """One soft fingertip against one face of the object."""
 
 CONTACT = np.dtype(
     [
-        ("rotation", np.float64, (3, 3)),  # R_BC: axes of the contact frame C_F in the world
+        ("rotation", np.float64, (3, 3)),  # R_BC: axes of the contact frame C_F in the world, see `place_contact`
         ("point", np.float64, 3),  # contact point in the world [m]
         ("tip", np.float64, 3),  # origin of F in the world [m]
         ("distance", np.float64),  # R = r - dr: from the origin of F to the face [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),
         ("cos_Phi", np.float64),
+        ("lean", np.float64, 2),  # x_F along x_C and y_C; surface coordinates only
+        ("theta_per_x", np.float64),  # J_delta^-1: dtheta' = theta_per_x v_x, dphi' = phi_per_y v_y,
+        ("phi_per_y", np.float64),  # dpsi' = w_z + psi_per_x v_x; 1, 1, 0 for surface coordinates
+        ("psi_per_x", np.float64),
         ("velocity", np.float64, 4),  # J_CF q' - J_O v_O: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F
-        ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]
+        ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]; or dr, s1, s2 [m], psi [rad]
         ("deformation_rate", np.float64, 4),  # their rates
-        ("deformation_force", np.float64, 4),  # Fr [N], Ftheta, Fphi, Fpsi [N m]
+        ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
+        ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
         ("derivatives", np.float64, 16),  # what the law gives as stiffness; scratch
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
+        ("damping", np.float64, 4),  # d force / d velocity in C_F, a diagonal
     ]
 )
 """One contact at one state."""

@@ -6,7 +6,8 @@ import inspect
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from math import cos, pi, sin
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numba import carray, cfunc, float64, njit, types
@@ -16,21 +17,33 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.compiled import kernel_folder
+from softhand.dampings.damping import Damping
 from softhand.errors import LawError
 from softhand.settings import Positive, Settings
 
-N_DEFORMATION = 5
-"""dr, dtheta, dphi, dpsi and phi come before the parameters of a law."""
+LEADING = {
+    "polar": ("dr", "dtheta", "dphi", "dpsi", "phi"),
+    "surface": ("dr", "s1", "s2", "psi", "lean1", "lean2"),
+}
+"""Arguments of a formula before the fields of its law, by the coordinates of the law."""
 
 _DIFFERENCE = 1e-6
 """Relative step of the central differences that stand in for a missing `stiffness`."""
 
 
 class Law(Settings):
-    """Deformation force of a soft hemispherical tip, dF = (Fr, Ftheta, Fphi, Fpsi).
+    """Force of a soft hemispherical tip against its deformation.
 
     A subclass lists its parameters as fields and writes `force` as plain scalar Python (the `math` module, no arrays):
     it is compiled as it stands. `stiffness`, the derivatives, is optional: without it central differences are taken.
+    A law chooses one of two sets of coordinates:
+
+    `polar`, the paper's: the deformation is (dr, dtheta, dphi, dpsi), the force (Fr, Ftheta, Fphi, Fpsi); singular at
+    the apex, Phi = 90 deg.
+
+    `surface`: the deformation is (dr, s1, s2, psi), s1 and s2 the tangential displacement of the tip's material over
+    the object along two axes that are fixed in the face, psi the twist about the outward normal of the tip. The force
+    on the object is (f_n, f_1, f_2, tau) along the same directions. Nothing is singular.
 
     Attributes:
         radius: radius r of the undeformed hemisphere [m].
@@ -38,32 +51,65 @@ class Law(Settings):
 
     radius: Positive
 
+    coordinates: ClassVar[Literal["polar", "surface"]] = "polar"
+
     force: ClassVar[Callable[..., tuple[float, float, float, float]]]
-    """Static method, force from deformation. Arguments in this order, SI units: dr, dtheta, dphi, dpsi (radial
-    compression [m], the two tangential angles and the torsion [rad]), phi (undeformed contact angle, Phi + dphi [rad]),
-    then the fields of the law in the order of their declaration, `radius` first. Returns Fr [N], which pushes the
-    object away from the tip, and the moments Ftheta, Fphi, Fpsi [N m]."""
+    """Static method, force from deformation. Arguments in this order, SI units:
+
+    polar: dr, dtheta, dphi, dpsi (radial compression [m], the two tangential angles and the torsion [rad]), phi
+    (undeformed contact angle, Phi + dphi [rad]). Returns Fr [N], which pushes the object away from the tip, and the
+    moments Ftheta, Fphi, Fpsi [N m].
+
+    surface: dr, s1, s2 [m], psi [rad], then lean1, lean2: the components of x_F, the axis of the tip, along the two
+    axes of the face, of length cos Phi. Returns f_n [N], which pushes the object away from the tip, f_1, f_2 [N] and
+    tau [N m]; each has the sign of its displacement.
+
+    Then the fields of the law in the order of their declaration, `radius` first."""
 
     stiffness: ClassVar[Callable[..., tuple[float, ...]] | None] = None
-    """Optional static method with the arguments of `force`: the 16 values d dF_i / d delta_j at fixed Phi, row by row.
-    As phi = Phi + dphi, the column of dphi includes the derivative with respect to phi."""
+    """Optional static method with the arguments of `force`: the 16 derivatives of the four forces by the four
+    deformations at fixed Phi, row by row. In polar coordinates phi = Phi + dphi, so that the column of dphi includes
+    the derivative with respect to phi."""
+
+    energy: ClassVar[Callable[..., float] | None] = None
+    """Optional static method with the arguments of `force`: the energy [J] of which the force is the derivative, for
+    laws that have one."""
+
+    damping: ClassVar[Damping] = Damping()
+    """What holds where a scenario names no damping."""
+
+    deepest: ClassVar[float] = 1.0
+    """dr / r up to which the law is meant to hold. A run goes on beyond, and its recording says so."""
+
+    Phi_range: ClassVar[tuple[float, float]] = (0.0, 90.0)
+    """Angles Phi [deg] for which the law is meant to hold; likewise."""
 
     def parameters(self) -> NDArray[np.float64]:
         """The fields in the order in which `force` takes them."""
         return np.array([float(value) for value in dict(self).values()])
 
-    def __call__(self, deformation: ArrayLike, contact_angle: float) -> NDArray[np.float64]:
-        """dF at one deformation.
+    def arguments(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
+        """What `force`, `stiffness` and `energy` take, at one deformation; as `__call__`."""
+        values = [float(value) for value in np.asarray(deformation)]
+        if self.coordinates == "polar":
+            return np.array([*values, contact_angle + values[2], *self.parameters()])
+        lean = cos(contact_angle)
+        return np.array([*values, lean * cos(bearing), lean * sin(bearing), *self.parameters()])
+
+    def __call__(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
+        """The force at one deformation.
 
         Args:
-            deformation: (dr, dtheta, dphi, dpsi) [m, rad, rad, rad], shape (4,).
-            contact_angle: Phi of the deformed tip [rad]; the law is given phi = Phi + dphi.
+            deformation: (dr, dtheta, dphi, dpsi) [m, rad, rad, rad] or (dr, s1, s2, psi) [m, m, m, rad], by the
+                coordinates of the law, shape (4,).
+            contact_angle: Phi of the deformed tip [rad]; a polar law is given phi = Phi + dphi.
+            bearing: of the tip's axis in the face, counted from the first axis [rad]; for surface coordinates only.
+                With the default, s1 and s2 lie along growing Theta and Phi.
 
         Returns:
-            (Fr [N], Ftheta, Fphi, Fpsi [N m]), shape (4,).
+            (Fr [N], Ftheta, Fphi, Fpsi [N m]) or (f_n, f_1, f_2 [N], tau [N m]), shape (4,).
         """
-        dr, dtheta, dphi, dpsi = (float(value) for value in np.asarray(deformation))
-        return np.array(self.force(dr, dtheta, dphi, dpsi, contact_angle + dphi, *self.parameters()))
+        return np.array(self.force(*self.arguments(deformation, contact_angle, bearing)))
 
 
 @dataclass(frozen=True)
@@ -87,13 +133,13 @@ def compile_law(law: Law) -> CompiledLaw:
             f"law '{type(law).__name__}' has no formula; write the static method `force`.", law=type(law).__name__
         )
     parameters = law.parameters()
-    n_arguments = N_DEFORMATION + len(parameters)
+    n_arguments = len(LEADING[law.coordinates]) + len(parameters)
     name = type(law).__name__
     _check_formula(law, n_arguments)
     try:
         force = _compile_formula(law.force, n_arguments, 4)
         if law.stiffness is None:
-            stiffness = _compile_differences(law.force, n_arguments)
+            stiffness = _compile_differences(law.force, n_arguments, law.coordinates == "polar")
         else:
             stiffness = _compile_formula(law.stiffness, n_arguments, 16)
     except NumbaError as error:
@@ -111,22 +157,29 @@ def _check_formula(law: Law, n_arguments: int) -> None:
     formulas: list[tuple[Callable[..., Any], int]] = [(law.force, 4)]
     if law.stiffness is not None:
         formulas.append((law.stiffness, 16))
-    arguments = (1e-4, 1e-3, 1e-3, 1e-3, 1.0, *law.parameters())
+    small = law.radius * np.array([1e-2, 1e-3, 1e-3])
+    leading = (small[0], 1e-3, 1e-3, 1e-3, 1.0) if law.coordinates == "polar" else (*small, 1e-3, 0.0, 0.5)
+    arguments = (*leading, *law.parameters())
     for formula, n_results in formulas:
         try:
             inspect.signature(formula).bind(*arguments)
         except TypeError as error:
-            fields = ", ".join(dict(law))
+            names = ", ".join((*LEADING[law.coordinates], *dict(law)))
             raise LawError(
-                f"law '{name}': {formula.__name__} must take dr, dtheta, dphi, dpsi, phi, {fields} "
-                f"({n_arguments} numbers): {error}.",
+                f"law '{name}': {formula.__name__} must take {names} ({n_arguments} numbers): {error}.",
                 law=name,
             ) from error
         results = np.asarray(formula(*arguments), dtype=float)
         if results.shape != (n_results,) or not np.all(np.isfinite(results)):
             raise LawError(
                 f"law '{name}': {formula.__name__} must return {n_results} finite numbers, got {results.tolist()} "
-                f"at dr = 0.1 mm, the angles 1 mrad, phi = 1 rad.",
+                f"at ({', '.join(LEADING[law.coordinates])}) = ({', '.join(f'{value:g}' for value in leading)}).",
+                law=name,
+            )
+        if formula is law.force and results[0] < 0.0:
+            raise LawError(
+                f"law '{name}': its normal force is {results[0]:.3g} N at dr = {1e3 * leading[0]:.3g} mm; a compressed "
+                "tip must push. Turn the sign of the first number that `force` returns.",
                 law=name,
             )
 
@@ -159,23 +212,24 @@ def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: i
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 
-def _compile_differences(formula: Callable[..., Any], n_arguments: int) -> Any:
-    """Stiffness by central differences of the force; phi moves with dphi."""
+def _compile_differences(formula: Callable[..., Any], n_arguments: int, is_polar: bool) -> Any:
+    """Stiffness by central differences of the force; in polar coordinates phi moves with dphi."""
     source, has_module = _make_compilable(formula)
+    n_lengths, n_leading = (1, 5) if is_polar else (3, 6)
 
     def entry(arguments, results):
         source  # noqa: B018
         x = carray(arguments, n_arguments)
-        radius = x[N_DEFORMATION]
+        radius = x[n_leading]
         for j in range(4):
             kept, kept_phi = x[j], x[4]
-            step = _DIFFERENCE * (radius if j == 0 else 1.0)
+            step = _DIFFERENCE * (radius if j < n_lengths else 1.0)
             x[j] = kept + step
-            if j == 2:
+            if is_polar and j == 2:
                 x[4] = kept_phi + step
             upper = formula(*to_fixed_tuple(x, n_arguments))  # type: ignore[call-arg]
             x[j] = kept - step
-            if j == 2:
+            if is_polar and j == 2:
                 x[4] = kept_phi - step
             lower = formula(*to_fixed_tuple(x, n_arguments))
             x[j], x[4] = kept, kept_phi

@@ -27,6 +27,8 @@ class Nakashima(Law):
         k_psi: coefficient of the torsion [N/m^3].
     """
 
+    Phi_range = (0.0, 85.0)
+
     k_r: Positive
     k_phi: Positive
     k_theta: Positive

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.damping import relaxation_rate
 from softhand.model.configuration import coordinate_rate, normalize
 from softhand.plant import Plant, State
 
@@ -18,7 +19,8 @@ class Flow:
         model = plant.world.model
         self._plant = plant
         self._nq, self._nv, self._nc = model.nq, model.nv, plant.world.n_tips
-        self.size = self._nq + self._nv + 3 * self._nc
+        self._n_memory = plant.n_memory
+        self.size = self._nq + self._nv + self._nc * self._n_memory
 
     def gather(self, state: State, y: Array) -> None:
         """Write the state to y, shape (size,)."""
@@ -38,9 +40,11 @@ class Flow:
         self._plant.update(q, v, z)
         self._plant.acceleration(torque, v_rate)
         coordinate_rate(self._plant.joints, q, v, q_rate)
-        z_rate[...] = self._plant.contacts["deformation_rate"][:, 1:]
+        z_rate[:, :3] = self._plant.contacts["deformation_rate"][:, 1:]
+        if self._n_memory > 3:
+            relaxation_rate(self._plant.pads, self._plant.contacts, z, z_rate)
         return out
 
     def _split(self, y: Array) -> tuple[Array, Array, Array]:
         v = self._nq + self._nv
-        return y[: self._nq], y[self._nq : v], y[v:].reshape(self._nc, 3)
+        return y[: self._nq], y[self._nq : v], y[v:].reshape(self._nc, self._n_memory)

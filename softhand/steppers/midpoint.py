@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled, prepared
+from softhand.contact.damping import relax
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
@@ -17,13 +18,14 @@ from softhand.steppers.stepper import Integration, Stepper
 class Midpoint(Stepper):
     """Linearised implicit midpoint, as kick, drift, kick.
 
-        kick    w = w + (h/2) a
-                (M + (h^2/4) J^T K J) a = (tau, 0) - (C v + N) - J^T {C_F + (h^2/4) K J' w},   J = [J_CF, -J_O]
+        kick    w = w + (h/2) a,   J = [J_CF, -J_O]
+                (M + (h/2) J^T D J + (h^2/4) J^T K J) a = (tau, 0) - (C v + N) - J^T {C_F + (h^2/4) K J' w}
         drift   q and z moved by w for h, the contact frames of z averaged over both ends
         kick    as before, at the new q and z, with the same torque
         v       w before the second kick + (h/6) (a of the first kick + 2 a of the second)
 
-    with K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part; J a + J' w is the acceleration of the contact.
+    with K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part, and D = d C_F / d velocity of the damping;
+    J a + J' w is the acceleration of the contact.
     The two kicks at one instant share one evaluation, which the controller sees as well. For a linear system q is that
     of the implicit midpoint rule (Newmark's method with beta = 1/4): no numerical damping, and no step is too long. v
     is that of an acceleration which grows evenly within the step. Use `adaptive` where the error must be known, and
@@ -74,7 +76,9 @@ class _MidpointIntegration(Integration):
         self._state = state
         self._mass, self._velocity_terms = snapshot.updates(q, self._velocity[2])
         self._begin = prepared(_begin, *geometry, *contacts, *memory, step, q, v, z)
-        self._leave = prepared(_leave, plant.joints, plant.envelope, *force, *contacts, *memory, step, q, v, z)
+        self._leave = prepared(
+            _leave, plant.pads, plant.joints, plant.envelope, *force, *contacts, *memory, step, q, v, z
+        )
         self._arrive = prepared(_arrive, *geometry, *force, *contacts, *memory, step, q, v, z)
 
 
@@ -99,22 +103,22 @@ def _begin(
 
 @compiled
 def _leave(
-    joints, envelope, nle, torque, columns, contacts, jacobian, velocity, acceleration, matrix, turning, held, at, step,
-    q, v, z,
+    pads, joints, envelope, nle, torque, columns, contacts, jacobian, velocity, acceleration, matrix, turning, held,
+    at, step, q, v, z,
 ):  # fmt: skip
     """First kick and drift; False if the plant was not evaluated at this state by the step before."""
     if not (is_at(q, v, z, at) and velocity[0, 0] == velocity[0, 0]):
         return False
-    same = True
-    for k in range(torque.shape[0]):
-        same = same and torque[k] == held[k]
-        held[k] = torque[k]
-    if not same:
-        _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
     w, middle, ahead = velocity[0], velocity[1], velocity[2]
+    if held[0] != held[0]:
+        _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
+    else:
+        _add_torque(envelope, torque, held, matrix, ahead, acceleration)
+    held[:] = torque
     for k in range(v.shape[0]):
         middle[k] = w[k] + 0.5 * step * acceleration[k]
         ahead[k] = middle[k] + 0.5 * step * acceleration[k]
+    relax(pads, contacts, 0.5 * step, z)
     integrate_memory(columns, contacts, jacobian, middle, 0.5 * step, z)
     integrate(joints, q, middle, step, q)
     return True
@@ -135,6 +139,7 @@ def _arrive(
         for k in range(3):
             z[i, k] = contacts[i].deformation[1 + k]
         _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
+    relax(pads, contacts, 0.5 * step, z)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
     for k in range(v.shape[0]):
         v[k] = middle[k] + step / 6.0 * acceleration[k]
@@ -149,10 +154,10 @@ def _arrive(
 def _turn(contact, weight, rate, force):
     """force = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force."""
     change = contact.deformation_rate
-    x = contact.distance * contact.cos_Phi * (change[1] - rate[1])
-    y = contact.distance * (change[2] - rate[2])
+    x = (change[1] - rate[1]) / contact.theta_per_x
+    y = (change[2] - rate[2]) / contact.phi_per_y
     z = change[0] - rate[0]
-    w = contact.sin_Phi * (change[1] - rate[1]) + change[3] - rate[3]
+    w = change[3] - rate[3] - contact.psi_per_x * x
     K = contact.stiffness
     for k in range(4):
         force[k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
@@ -160,11 +165,24 @@ def _turn(contact, weight, rate, force):
 
 @compiled
 def _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix):
-    """Factor of M + (h^2/4) J^T K J; NaN if it is not positive definite."""
+    """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J; NaN if it is not positive definite."""
     copy_mass(M, envelope, matrix)
-    _add_stiffness(columns, contacts, jacobian, 0.25 * step * step, matrix)
+    _add_stiffness(columns, contacts, jacobian, step, matrix)
     if factor(matrix, envelope) >= 0:
         matrix[:] = np.nan
+
+
+@compiled
+def _add_torque(envelope, torque, held, matrix, change, acceleration):
+    """What another torque than the one held before adds to the acceleration; `change` is scratch."""
+    same = True
+    for k in range(change.shape[0]):
+        change[k] = torque[k] - held[k] if k < torque.shape[0] else 0.0
+        same = same and change[k] == 0.0
+    if not same:
+        solve(matrix, envelope, change)
+        for k in range(change.shape[0]):
+            acceleration[k] += change[k]
 
 
 @compiled
@@ -176,10 +194,13 @@ def _accelerate(envelope, nle, torque, columns, contacts, jacobian, extra, matri
 
 
 @compiled
-def _add_stiffness(columns, contacts, jacobian, weight, matrix):
-    """Lower triangle of matrix += weight J^T K J, K symmetrised."""
+def _add_stiffness(columns, contacts, jacobian, step, matrix):
+    """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J, K symmetrised."""
+    weight, per_step = 0.25 * step * step, 2.0 / step
     for i in range(contacts.shape[0]):
-        K = contacts[i].stiffness
+        K, D = contacts[i].stiffness, contacts[i].damping
+        xx, yy = K[0, 0] + per_step * D[0], K[1, 1] + per_step * D[1]
+        zz, ww = K[2, 2] + per_step * D[2], K[3, 3] + per_step * D[3]
         xy, xz, xw = 0.5 * (K[0, 1] + K[1, 0]), 0.5 * (K[0, 2] + K[2, 0]), 0.5 * (K[0, 3] + K[3, 0])
         yz, yw, zw = 0.5 * (K[1, 2] + K[2, 1]), 0.5 * (K[1, 3] + K[3, 1]), 0.5 * (K[2, 3] + K[3, 2])
         for b in range(columns.shape[1]):
@@ -187,10 +208,10 @@ def _add_stiffness(columns, contacts, jacobian, weight, matrix):
             if column < 0:
                 break
             x, y, z, w = jacobian[i, b, 0], jacobian[i, b, 1], jacobian[i, b, 2], jacobian[i, b, 3]
-            fx = weight * (K[0, 0] * x + xy * y + xz * z + xw * w)
-            fy = weight * (xy * x + K[1, 1] * y + yz * z + yw * w)
-            fz = weight * (xz * x + yz * y + K[2, 2] * z + zw * w)
-            fw = weight * (xw * x + yw * y + zw * z + K[3, 3] * w)
+            fx = weight * (xx * x + xy * y + xz * z + xw * w)
+            fy = weight * (xy * x + yy * y + yz * z + yw * w)
+            fz = weight * (xz * x + yz * y + zz * z + zw * w)
+            fw = weight * (xw * x + yw * y + zw * z + ww * w)
             for a in range(b, columns.shape[1]):
                 row = columns[i, a]
                 if row < 0:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled
+from softhand.contact.damping import relax
 from softhand.contact.kinematics import integrate_memory
 from softhand.model.configuration import integrate
 from softhand.plant import Plant, State
@@ -37,6 +38,7 @@ class _EulerIntegration(Integration):
         plant.update(state.q, state.v, state.z)
         plant.acceleration(torque, self._dv)
         _move(
+            plant.pads,
             plant.joints,
             plant.columns,
             plant.contacts,
@@ -50,8 +52,9 @@ class _EulerIntegration(Integration):
 
 
 @compiled
-def _move(joints, columns, contacts, jacobian, acceleration, step, q, v, z):
+def _move(pads, joints, columns, contacts, jacobian, acceleration, step, q, v, z):
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
     integrate(joints, q, v, step, q)
     integrate_memory(columns, contacts, jacobian, v, step, z)
+    relax(pads, contacts, step, z)

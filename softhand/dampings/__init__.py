@@ -1,0 +1,1 @@
+"""Damping of the tips' material, for any fingertip law."""
