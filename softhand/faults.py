@@ -81,7 +81,11 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
 
 
 def _bad_law(fault: int, plant: Plant, finger: int, last_good: float) -> SimulationStopped:
-    contact, name, law = plant.contacts[finger], plant.world.tips[finger].name, type(plant.fingertips[finger].law).__name__
+    contact, name, law = (
+        plant.contacts[finger],
+        plant.world.tips[finger].name,
+        type(plant.fingertips[finger].law).__name__,
+    )
     what = "answers a deformation within reason with NaN or infinity"
     if fault == PULLS:
         what = (

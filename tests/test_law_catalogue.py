@@ -109,7 +109,7 @@ def test_target_a_runs_with_every_law(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_defaults_answer_like_the_reference_tip(name: str) -> None:
-    """At dr = 2.3 mm and Phi = 90 deg the default normal force is that of the paper's tip within 2 %, but for `point`."""
+    """At dr = 2.3 mm and Phi = 90 deg the default normal force is the paper's within 2 %, but for `point`."""
     expected = make_law()([0.0023, 0.0, 0.0, 0.0], 0.5 * math.pi)[0]
     found = LAWS[name]([0.0023, 0.0, 0.0, 0.0], 0.5 * math.pi)[0]
     if name == "point":
@@ -157,7 +157,7 @@ def test_conservative_stiffness_is_the_derivative_of_the_force(growth: float, rn
     np.testing.assert_array_equal(law.stiffness(*law.arguments([-0.001, 0.001, 0.002, 0.1], 1.0)), 0.0)
 
 
-# ------------------------------------------------------------------------------------------------------------ the others
+# ----------------------------------------------------------------------------------------------------------- the others
 
 
 def test_radial_law_is_eq_4_with_its_k() -> None:
@@ -183,7 +183,9 @@ def test_parallel_distributed_is_the_planar_law_in_its_plane(thp: float) -> None
     cosine, tangent = math.cos(thp), math.tan(thp)
     F_n = math.pi * E * (d**2 / cosine**2 + 2.0 * d * d_t * tangent + d_t**2)
     F_t = math.pi * E * (d**2 * tangent + 2.0 * d * d_t)
-    np.testing.assert_allclose(law([d, 0.0, d_t, 0.0], 0.5 * math.pi - thp), [F_n, 0.0, F_t, 0.0], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        law([d, 0.0, d_t, 0.0], 0.5 * math.pi - thp), [F_n, 0.0, F_t, 0.0], rtol=1e-12, atol=1e-12
+    )
 
     def P(move: Array) -> float:
         return ParallelDistributed.energy(*law.arguments([d, 0.0, d_t, 0.0], 0.5 * math.pi - thp - float(move[0])))

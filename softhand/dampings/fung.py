@@ -31,7 +31,9 @@ class Fung(Damping):
     @classmethod
     def _leave_something(cls, shares: tuple[float, ...]) -> tuple[float, ...]:
         if min(shares) <= 0.0 or sum(shares) >= 1.0 or len(shares) > _MOST:
-            raise ValueError(f"it must be one to {_MOST} numbers > 0 with a sum < 1, since c_0 = 1 - sum is what is left.")
+            raise ValueError(
+                f"it must be one to {_MOST} numbers > 0 with a sum < 1, since c_0 = 1 - sum is what is left."
+            )
         return shares
 
     @field_validator("rates")

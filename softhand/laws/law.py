@@ -88,9 +88,7 @@ class Law(Settings):
         """The fields in the order in which `force` takes them."""
         return np.array([float(value) for value in dict(self).values()])
 
-    def arguments(
-        self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi
-    ) -> NDArray[np.float64]:
+    def arguments(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
         """What `force`, `stiffness` and `energy` take, at one deformation; as `__call__`."""
         values = [float(value) for value in np.asarray(deformation)]
         if self.coordinates == "polar":
@@ -98,9 +96,7 @@ class Law(Settings):
         lean = cos(contact_angle)
         return np.array([*values, lean * cos(bearing), lean * sin(bearing), *self.parameters()])
 
-    def __call__(
-        self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi
-    ) -> NDArray[np.float64]:
+    def __call__(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
         """The force at one deformation.
 
         Args:
