@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly import build, simulate
     from softhand.controllers.controller import Controller
+    from softhand.dampings.damping import Damping
     from softhand.errors import (
         ControllerError,
         GraspError,
@@ -40,6 +41,7 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly": ("build", "simulate"),
     "controllers.controller": ("Controller",),
+    "dampings.damping": ("Damping",),
     "errors": (
         "ControllerError",
         "GraspError",

@@ -40,11 +40,12 @@ class Observation:
         contact_rotation: axes of the contact frames C_F (x_C, y_C, outward normal of the tip), shape (nc, 3, 3).
         contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4).
         contact_angles: Theta, Phi [rad], shape (nc, 2).
-        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (nc, 4).
+        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates,
+            shape (nc, 4).
         deformation_rate: its rate, shape (nc, 4).
         tip_position: centres of the hemispheres' flat faces [m], shape (nc, 3).
         friction_use: |f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,).
-        eta: theta, phi [rad], alpha_o [m] (two), psi [rad] of each contact, shape (nc, 5).
+        eta: theta, phi [rad], alpha_o [m] (two), psi [rad] of each contact, shape (nc, 5); see `contact_coordinates`.
         eta_rate: its rate by (38)-(40), with the sign of (39) mended, shape (nc, 5).
         J_CF_f: Jacobian from q_F' to the tip's velocity at the contacts in C_F, rows of the forces, shape (3 nc, n).
         J_CF_tau: the same, rows of the torsion moments, shape (nc, n).

@@ -52,7 +52,7 @@ _BASES = {
 
 
 def plugin_names(kind: str) -> list[str]:
-    """Names of one kind, `laws`, `dampings`, `controllers` or `steppers`: shipped first, then those of other packages."""
+    """Names of one kind, a key of `SHIPPED`: shipped first, then those of other packages."""
     return list(SHIPPED[kind]) + sorted(set(_foreign(kind)) - set(SHIPPED[kind]))
 
 

@@ -1,8 +1,9 @@
-"""A grasp that rings between lossless springs: nothing drives it and nothing brakes it, so its energy tells of the tips.
+"""A grasp that rings between lossless springs: nothing drives or brakes it, so its energy tells of the tips.
 
 Each joint has a spring beside the constant torque that holds the start. A stepper holds its torques over a step; the
 torque held here is the spring's at the middle between the two ends of the step, so that it gives over the step exactly
-what the spring loses. What is left of the drift is that of the stepper and of the fingertip law.
+what the spring loses. What is left of the drift is that of the stepper and of the fingertip law. Semi-implicit Euler
+gets the torque at the start of the step: with its own order of updates any other would brake.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from softhand.grasp import solve_grasp
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.plant import Plant, State
+from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 
 SPRING = 10.0  # [N m/rad], at each joint
@@ -91,12 +93,13 @@ def ring(task: Task, stepper: Stepper, duration: float, speed: float = 0.5, ever
     rng = np.random.default_rng(0)
     state.v[:] = speed * np.concatenate([rng.normal(0, 0.5, n), rng.normal(0, 0.02, 3), rng.normal(0, 0.5, 3)])
     integration, before = stepper.start(plant), state.copy()
+    is_euler = isinstance(stepper, SemiImplicitEuler)
     samples = [_sample(task, plant, state, hold, rest)]
     period = round(every / stepper.step)
     for k in range(round(duration / stepper.step)):
         _copy(state, before)
-        middle = state.q[:n] + 0.5 * stepper.step * state.v[:n]
-        for _ in range(2):
+        middle = state.q[:n] + (0.0 if is_euler else 0.5) * stepper.step * state.v[:n]
+        for _ in range(1 if is_euler else 2):
             _copy(before, state)
             integration.advance(state, hold - SPRING * (middle - rest))
             middle = 0.5 * (before.q[:n] + state.q[:n])

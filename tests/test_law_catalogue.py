@@ -109,7 +109,7 @@ def test_target_a_runs_with_every_law(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_defaults_answer_like_the_reference_tip(name: str) -> None:
-    """At dr = 2.3 mm and Phi = 90 deg the default normal force is that of the paper's tip within 2 %, but for `point`."""
+    """At dr = 2.3 mm and Phi = 90 deg the default normal force is the paper's within 2 %, but for `point`."""
     expected = make_law()([0.0023, 0.0, 0.0, 0.0], 0.5 * math.pi)[0]
     found = LAWS[name]([0.0023, 0.0, 0.0, 0.0], 0.5 * math.pi)[0]
     if name == "point":
@@ -157,7 +157,7 @@ def test_conservative_stiffness_is_the_derivative_of_the_force(growth: float, rn
     np.testing.assert_array_equal(law.stiffness(*law.arguments([-0.001, 0.001, 0.002, 0.1], 1.0)), 0.0)
 
 
-# ------------------------------------------------------------------------------------------------------------ the others
+# ----------------------------------------------------------------------------------------------------------- the others
 
 
 def test_radial_law_is_eq_4_with_its_k() -> None:

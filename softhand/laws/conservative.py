@@ -81,7 +81,7 @@ class Conservative(Law):
         return pi / 3.0 * k_r * d**3 + shear + pi / 20.0 * k_psi * disc * disc * psi * psi
 
 
-def _tangential(d, radius, k_phi, growth):  # type: ignore[no-untyped-def]  # compiled
+def _tangential(d, radius, k_phi, growth):
     """k_t(d) and its first and second derivative."""
     R, thin = radius - d, 0.05 * radius
     x = d / thin
