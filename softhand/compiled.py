@@ -77,7 +77,7 @@ def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
     with kernel_folder():
         return cast(
-            F, numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})(function)
+            F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"})(function)
         )
 
 
