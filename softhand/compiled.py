@@ -76,9 +76,7 @@ def kernel_folder() -> Iterator[None]:
 def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
     with kernel_folder():
-        return cast(
-            F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"})(function)
-        )
+        return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"})(function))
 
 
 def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...] = ()) -> Callable[..., Any]:

@@ -28,6 +28,7 @@ from softhand.grasp import solve_grasp
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.plant import Plant, State
+from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 
@@ -94,12 +95,13 @@ def ring(task: Task, stepper: Stepper, duration: float, speed: float = 0.5, ever
     state.v[:] = speed * np.concatenate([rng.normal(0, 0.5, n), rng.normal(0, 0.02, 3), rng.normal(0, 0.5, 3)])
     integration, before = stepper.start(plant), state.copy()
     is_euler = isinstance(stepper, SemiImplicitEuler)
+    rounds = 1 if isinstance(stepper, SemiImplicitEuler | Midpoint) else 2  # these two go on from their own last step
     samples = [_sample(task, plant, state, hold, rest)]
     period = round(every / stepper.step)
     for k in range(round(duration / stepper.step)):
         _copy(state, before)
         middle = state.q[:n] + (0.0 if is_euler else 0.5) * stepper.step * state.v[:n]
-        for _ in range(1 if is_euler else 2):
+        for _ in range(rounds):
             _copy(before, state)
             integration.advance(state, hold - SPRING * (middle - rest))
             middle = 0.5 * (before.q[:n] + state.q[:n])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled, prepared
 from softhand.contact.damping import relax
-from softhand.contact.kinematics import integrate_memory
+from softhand.contact.kinematics import integrate_memory, relative_velocity
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
 from softhand.model.configuration import integrate
@@ -44,7 +46,7 @@ class _MidpointIntegration(Integration):
         super().__init__(plant)
         nv = plant.world.model.nv
         self._plant, self._step = plant, step
-        self._velocity = np.zeros((3, nv))  # w; in the middle of the step; expected at its end
+        self._velocity = np.zeros((4, nv))  # w; in the middle of the step; expected at its end; see `_begin`
         self._acceleration, self._matrix = np.zeros(nv), np.zeros((nv, nv))
         self._turning = np.zeros((2, plant.world.n_tips, 4))  # J' w: before the drift; (h^2/4) K J' w
         self._held = np.zeros_like(self.torque)
@@ -87,15 +89,24 @@ def _begin(
     pads, envelope, poses, J, M, columns, contacts, jacobian, velocity, acceleration, matrix, turning, held, at, step,
     q, v, z,
 ):  # fmt: skip
-    """The first step from a state: contacts and matrix there, and the w that swings as far as v."""
+    """The first step from a state: contacts and matrix there, and the w that belongs to v.
+
+    The acceleration will change within the step by about -M^-1 J^T K J v h, so w = v - (h^2/6) M^-1 J^T K J v. What w
+    is lower than v is kept, so that the end of the step can settle the rest.
+    """
     evaluate_contacts(pads, columns, poses, J, v, z, 0.0, True, contacts, jacobian)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
-    w = velocity[0]
-    for i in range(v.shape[0]):
-        w[i] = 0.0
-        for j in range(v.shape[0]):
-            w[i] += M[min(i, j), max(i, j)] * v[j]
+    w, lower = velocity[0], velocity[3]
+    w[:] = 0.0
+    for i in range(contacts.shape[0]):
+        K, u, force = contacts[i].stiffness, contacts[i].velocity, turning[1, i]
+        for k in range(4):
+            force[k] = step * step / 6.0 * (K[k, 0] * u[0] + K[k, 1] * u[1] + K[k, 2] * u[2] + K[k, 3] * u[3])
+        add_contact_force(columns[i], jacobian[i], force, w)
     solve(matrix, envelope, w)
+    for k in range(v.shape[0]):
+        lower[k] = -w[k]
+        w[k] += v[k]
     turning[:] = 0.0
     held[:] = np.nan
     set_at(q, v, z, at)
@@ -112,6 +123,7 @@ def _leave(
     w, middle, ahead = velocity[0], velocity[1], velocity[2]
     if held[0] != held[0]:
         _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
+        _without_damping_ahead(envelope, columns, contacts, jacobian, step, matrix, turning, ahead, acceleration)
     else:
         _add_torque(envelope, torque, held, matrix, ahead, acceleration)
     held[:] = torque
@@ -130,7 +142,7 @@ def _arrive(
     held, at, step, q, v, z,
 ):  # fmt: skip
     """Contacts and matrix at the new state, and the second kick."""
-    w, middle = velocity[0], velocity[1]
+    w, middle, lower = velocity[0], velocity[1], velocity[3]
     for i in range(contacts.shape[0]):
         for k in range(4):
             turning[0, i, k] = contacts[i].deformation_rate[k]
@@ -141,12 +153,16 @@ def _arrive(
         _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
     relax(pads, contacts, 0.5 * step, z)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
+    was_first = lower[0] == lower[0]
     for k in range(v.shape[0]):
         v[k] = middle[k] + step / 6.0 * acceleration[k]
+        lower[k] -= step / 6.0 * acceleration[k]
     _accelerate(envelope, nle, torque, columns, contacts, jacobian, turning[1], matrix, acceleration)
     for k in range(v.shape[0]):
-        v[k] += step / 3.0 * acceleration[k]
-        w[k] = middle[k] + 0.5 * step * acceleration[k]
+        missing = lower[k] + step / 6.0 * acceleration[k] if was_first else 0.0
+        v[k] += step / 3.0 * acceleration[k] + missing
+        w[k] = middle[k] + 0.5 * step * acceleration[k] + missing
+    lower[:] = math.nan
     set_at(q, v, z, at)
 
 
@@ -170,6 +186,21 @@ def _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix):
     _add_stiffness(columns, contacts, jacobian, step, matrix)
     if factor(matrix, envelope) >= 0:
         matrix[:] = np.nan
+
+
+@compiled
+def _without_damping_ahead(envelope, columns, contacts, jacobian, step, matrix, turning, change, acceleration):
+    """The first kick damps with the velocity before it; (h/2) D of the matrix is meant for that after it."""
+    change[:] = 0.0
+    for i in range(contacts.shape[0]):
+        force = turning[0, i]
+        relative_velocity(columns[i], jacobian[i], acceleration, force)
+        for k in range(4):
+            force[k] *= -0.5 * step * contacts[i].damping[k]
+        add_contact_force(columns[i], jacobian[i], force, change)
+    solve(matrix, envelope, change)
+    for k in range(change.shape[0]):
+        acceleration[k] += change[k]
 
 
 @compiled
