@@ -133,3 +133,11 @@ def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
             [-j, b * i, b * a],
         ]
     )
+
+
+def turning_of(rpy: Sequence[float]) -> NDArray[np.float64]:
+    """T with angular velocity = T rpy', world axes, from (roll, pitch, yaw) [rad], shape (3, 3)."""
+    (_, cos_pitch, cos_yaw), (_, sin_pitch, sin_yaw) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [[cos_yaw * cos_pitch, -sin_yaw, 0.0], [sin_yaw * cos_pitch, cos_yaw, 0.0], [-sin_pitch, 0.0, 1.0]]
+    )

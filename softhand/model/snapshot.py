@@ -74,3 +74,7 @@ class Snapshot:
         """M, both triangles, at the configuration of the last `sense`, shape (nv, nv). A copy."""
         upper = pin.crba(self._model, self._data, self._q, _WORLD)
         return np.triu(upper) + np.triu(upper, 1).T
+
+    def velocity_terms(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """C(q, v) v at the configuration of the last `sense`, shape (nv,). A copy."""
+        return pin.nonLinearEffects(self._model, self._data, self._q, v) - self.gravity
