@@ -108,9 +108,8 @@ class Observation:
     @property
     def tip_jacobian(self) -> Array:
         """J_i, Jacobian from q_F' to the velocity of `tip_position`, shape (nc, 3, n). A copy."""
-        return _cut(self._snapshot.J[:3], self._tips, self.N_F.shape[0]) + np.cross(
-            self.tip_angular_jacobian, self.tip_position[:, :, None], axis=1
-        )
+        at_origin = _cut(self._snapshot.J[:3], self._tips, self.N_F.shape[0])
+        return carried(at_origin, self.tip_angular_jacobian, self.tip_position)
 
     @property
     def tip_angular_jacobian(self) -> Array:
@@ -170,6 +169,20 @@ class Observation:
     def tau_C(self) -> Array:
         """Torsion moments, (49) [N m], shape (nc,). A view."""
         return self.contact_force[:, 3]
+
+
+def carried(velocity: Array, spin: Array, arm: Array) -> Array:
+    """Jacobians of points at an arm from where `velocity` holds, v + w x arm, shape (nc, 3, n).
+
+    Args:
+        velocity: Jacobians of the velocity, shape (nc, 3, n).
+        spin: Jacobians of the angular velocity, shape (nc, 3, n).
+        arm: [m], shape (nc, 3).
+    """
+    x, y, z = arm.T
+    zero = np.zeros_like(x)
+    across = np.array([[zero, z, -y], [-z, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
+    return velocity + across @ spin
 
 
 def _cut(J: Array, tips: tuple[Tip, ...], n: int) -> Array:

@@ -141,3 +141,15 @@ def turning_of(rpy: Sequence[float]) -> NDArray[np.float64]:
     return np.array(
         [[cos_yaw * cos_pitch, -sin_yaw, 0.0], [sin_yaw * cos_pitch, cos_yaw, 0.0], [-sin_pitch, 0.0, 1.0]]
     )
+
+
+def turn_towards(rotation: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Half the sum of r_k x r_dk over the axes: the way to turn from one rotation to another, shape (3,).
+
+    Along the axis of the turn, world axes, sin(angle) long: close to the rotation vector [rad] for small angles.
+
+    Args:
+        rotation: axes r_k as columns, shape (3, 3).
+        wanted: axes r_dk as columns, shape (3, 3).
+    """
+    return 0.5 * np.sum(np.cross(rotation, wanted, axis=0), axis=1)
