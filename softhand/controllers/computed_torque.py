@@ -41,7 +41,7 @@ class ComputedTorque(Controller):
     K_p_position: Gain = 200.0
     K_p_orientation: Gain = 200.0
     K_d_position: Gain = 15.0
-    K_d_orientation: Gain = 15.0
+    K_d_orientation: Gain = 12.0
     K_v: Gain = 0.005
 
     def start(self, observation: Observation) -> Any:

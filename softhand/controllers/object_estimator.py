@@ -15,6 +15,8 @@ from softhand.observation import Observation, carried, contact_pairs
 Array = NDArray[np.float64]
 
 _STEP = 1e-6  # of the radius, or rad: of the slope of a law
+_MOVING = 1e-3  # share of the largest singular value: motion that moves the contacts less is not seen
+_CERTAIN = 0.3  # the same of distances: two tips that face each other would turn their disagreement into a large turn
 _NEWTON = 3  # steps with one slope; the deformation moves little between two samples
 
 
@@ -126,8 +128,9 @@ class ObjectEstimator:
 
     least squares, with Jacobians of the middle. The deformation is the one that the law answers with f_C: (48) solved
     with dpsi, which the fourth row of (43) gives. Then dr = dr(f_z) has to agree with n . (x_i - p_O) - d = r - dr at
-    each tip: the shortest change of q_O that makes it so takes the drift of these distances away. Motion along the
-    faces is integrated only.
+    each tip: the shortest change of q_O that makes it so takes the drift of these distances away. What tips that face
+    each other disagree on, as they do where the law is known badly, is left alone. Motion along the faces is integrated
+    only.
 
     Args:
         seen: the grasp at the start: its pose, the laws of the tips, faces and weight.
@@ -213,7 +216,7 @@ class ObjectEstimator:
         J_O, J_CF = 0.5 * (now.J_O_f + before.J_O_f), 0.5 * (now.J_CF_f + before.J_CF_f)
         J_delta = 0.5 * (now.deformation_rows() + before.deformation_rows())
         moved = J_CF @ dq_F - J_delta @ change[:, :3].ravel()
-        scaled: Array = np.linalg.lstsq(J_O * self._size, moved, rcond=1e-6)[0]
+        scaled: Array = np.linalg.lstsq(J_O * self._size, moved, rcond=_MOVING)[0]
         return scaled * self._size
 
     def _torsion(self, dq_F: Array, dq_O: Array, deformation: Array, now: Estimate, before: Estimate) -> Array:
@@ -227,5 +230,5 @@ class ObjectEstimator:
         """q_O changed as little as makes the distances of the tips those of the forces, r - dr(f_z), shape (6,)."""
         gap = now.distance - (self._radii - now.deformation[:, 0])
         along_normal = now.J_O_f[2::3] * self._size
-        scaled: Array = np.linalg.lstsq(along_normal, gap, rcond=1e-6)[0]
+        scaled: Array = np.linalg.lstsq(along_normal, gap, rcond=_CERTAIN)[0]
         return now.q_O - scaled * self._size
