@@ -37,7 +37,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         LawError: the fingertip law cannot be compiled.
     """
     law = law or read_law(scenario)
-    controller = controller or _read_plugin("controllers", scenario.controller.name, scenario.controller.parameters)
+    controller = controller or read_controller(scenario)
     stepper = _read_stepper(scenario)
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, law)
@@ -78,6 +78,13 @@ def read_law(scenario: Scenario) -> Law:
     section = scenario.fingertip
     law_class = find_plugin("laws", section.law, "fingertip.law")
     return read_settings(law_class, section.parameters, "fingertip")
+
+
+def read_controller(scenario: Scenario) -> Controller:
+    """The controller of a scenario with its settings."""
+    section = scenario.controller
+    controller: Controller = _read_plugin("controllers", section.name, section.parameters)
+    return controller
 
 
 def read_world(scenario: Scenario) -> World:

@@ -119,7 +119,8 @@ class Observation:
     @property
     def q_O_rate(self) -> Array:
         """q_O' [m/s, rad/s], shape (6,). A copy."""
-        return np.linalg.solve(self.T_O, self.object_twist)
+        rate: Array = np.linalg.solve(self.T_O, self.object_twist)
+        return rate
 
     @property
     def velocity_terms_F(self) -> Array:

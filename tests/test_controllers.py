@@ -17,7 +17,6 @@ from softhand.controllers.computed_torque import ComputedTorque
 from softhand.controllers.object_impedance import ObjectImpedance
 from softhand.controllers.opposing import Opposing
 from softhand.controllers.point_contact import PointContact
-from softhand.controllers.regulation import Regulation
 from softhand.controllers.two_phase import TwoPhase
 from softhand.model.configuration import rotation_of, turn_towards
 from softhand.observation import Observation, contact_pairs
@@ -330,8 +329,9 @@ def test_blind_pulls_down_a_potential(hand: Stage, seed: int) -> None:
     pull = per_newton * np.mean(hand.desired.internal_force)
     turn = rotation_of((0.05, -0.08, 0.1))
     kept = hand.desired.coordinates.copy()
-    x_d = kept[:3] + [0.01, 0.02, -0.01] + turn @ (centre - kept[:3])
-    hand.desired.coordinates[:] = [*(kept[:3] + [0.01, 0.02, -0.01]), 0.05, -0.08, 0.1]
+    wanted = kept[:3] + np.array([0.01, 0.02, -0.01])
+    x_d = wanted + turn @ (centre - kept[:3])
+    hand.desired.coordinates[:] = [*wanted, 0.05, -0.08, 0.1]
     state = hand.near(seed)
     seen = hand.at(state)
     tau = controller.torque(seen, memory)[0] - seen.N_F + 0.005 * seen.joint_velocity
@@ -469,5 +469,3 @@ def test_the_paper_without_compensation_is_regulation_without(runs: dict[str, Re
     paper = final(simulate(load_scenario("target-a", values)))
     assert impedance[:2] == pytest.approx(paper[:2], rel=0.05)
     assert impedance[1] > 0.5
-
-

@@ -102,7 +102,7 @@ def test_the_distances_pull_a_wrong_start_back() -> None:
     simulation = build(load_scenario("target-a", {"duration": 0.001}))
     seen = simulation.sample()
     estimator = ObjectEstimator(seen)
-    wrong = seen.q_O + [1e-4, 1e-4, 0.0, 0.0, 0.0, 0.0]
+    wrong = seen.q_O + 1e-4 * np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
     before = estimator._at(_hand(seen), wrong, seen.deformation.copy())
     now = estimator.update(seen, before)
     now = estimator.update(seen, now)

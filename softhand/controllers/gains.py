@@ -34,6 +34,4 @@ def pose_diagonal(key: str, position: Any, orientation: Any) -> np.ndarray:
     Raises:
         ScenarioError: not one number or three.
     """
-    return np.concatenate(
-        [diagonal(f"{key}_position", position, 3), diagonal(f"{key}_orientation", orientation, 3)]
-    )
+    return np.concatenate([diagonal(f"{key}_position", position, 3), diagonal(f"{key}_orientation", orientation, 3)])

@@ -48,7 +48,9 @@ class TwoPhase(Controller):
         b = turning[:, np.flatnonzero(np.any(turning != 0.0, axis=0))[-1]].copy()
         line = seen.contact_point[0] - seen.contact_point[1]
         t = np.cross(b, line / np.linalg.norm(line))
-        ways = [sign * np.linalg.pinv(J, rcond=1e-6) @ t for sign, J in zip((1.0, -1.0), seen.tip_jacobian, strict=True)]
+        ways = [
+            sign * np.linalg.pinv(J, rcond=1e-6) @ t for sign, J in zip((1.0, -1.0), seen.tip_jacobian, strict=True)
+        ]
         holding = seen.N_F + seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C
         gains = K_q, diagonal("K_d", self.K_d, n)
         return gains, seen.joint_position + holding / K_q, b, sum(ways), 0.0, seen.time

@@ -7,10 +7,9 @@ moving frame; a continuous joint is (cos, sin).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softhand.compiled import compiled
 
@@ -123,7 +122,7 @@ def normalize(joints, q):
             q[n] /= math.sqrt(square)
 
 
-def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
+def rotation_of(rpy: ArrayLike) -> NDArray[np.float64]:
     """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3)."""
     (a, b, c), (i, j, k) = np.cos(rpy), np.sin(rpy)
     return np.array(
@@ -135,12 +134,10 @@ def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
     )
 
 
-def turning_of(rpy: Sequence[float]) -> NDArray[np.float64]:
+def turning_of(rpy: ArrayLike) -> NDArray[np.float64]:
     """T with angular velocity = T rpy', world axes, from (roll, pitch, yaw) [rad], shape (3, 3)."""
     (_, cos_pitch, cos_yaw), (_, sin_pitch, sin_yaw) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [[cos_yaw * cos_pitch, -sin_yaw, 0.0], [sin_yaw * cos_pitch, cos_yaw, 0.0], [-sin_pitch, 0.0, 1.0]]
-    )
+    return np.array([[cos_yaw * cos_pitch, -sin_yaw, 0.0], [sin_yaw * cos_pitch, cos_yaw, 0.0], [-sin_pitch, 0.0, 1.0]])
 
 
 def turn_towards(rotation: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
