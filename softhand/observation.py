@@ -119,8 +119,7 @@ class Observation:
     @property
     def q_O_rate(self) -> Array:
         """q_O' [m/s, rad/s], shape (6,). A copy."""
-        rate: Array = np.linalg.solve(self.T_O, self.object_twist)
-        return rate
+        return np.asarray(np.linalg.solve(self.T_O, self.object_twist))
 
     @property
     def velocity_terms_F(self) -> Array:

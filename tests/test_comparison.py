@@ -16,6 +16,7 @@ import pytest
 from softhand import ScenarioError, SimulationStopped, compare, load_scenario, simulate, summarize
 from softhand import comparison as module
 from softhand.comparison import COLUMNS, LINE_OF_WORK, Row, draw, labels, split_choices, to_csv
+from softhand.plugins import SHIPPED
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 SHORT = {"duration": 0.02}
@@ -49,6 +50,17 @@ def test_every_law_meets_every_controller() -> None:
     assert "k_r = 500000.0" in rows[2].recording.scenario and "k_phi = 166000.0" in rows[2].recording.scenario
     assert "K_v = 0.01" in rows[0].recording.scenario and "K_p = 10" in rows[3].recording.scenario
     assert labels(rows)[3] == "nakashima(k_r=0.5e6), blind(K_p=10, mass=0.1)"
+
+
+def test_another_law_takes_along_what_it_shares(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The radius goes along, the coefficients of the paper do not; what is missing is asked for."""
+    monkeypatch.setitem(SHIPPED["laws"], "springs", "test_performance:Springs")
+    task = load_scenario("target-a", SHORT)
+    rows = compare(task, ["nakashima", "springs(k=2500)"])
+    assert labels(rows) == ["nakashima", "springs(k=2500)"]
+    assert rows[1].outcome == "" and not np.array_equal(rows[0].recording.deformation, rows[1].recording.deformation)
+    with pytest.raises(ScenarioError, match=r"fingertip\.k: missing"):
+        compare(task, ["springs"])
 
 
 @pytest.mark.parametrize(

@@ -432,6 +432,21 @@ def test_regulation_goes_to_the_target_of_the_pinch() -> None:
     assert recording.friction_use.max() < 0.55
 
 
+@pytest.mark.parametrize("kick", [("y", -5, 0.1), ("roll", -3, 1.0), ("yaw", -1, 1.0)])
+def test_the_pinch_is_stable_out_of_its_plane(kick: tuple[str, int, float]) -> None:
+    """No joint moves the box along y, in roll or in yaw; the tips hold it there: after a push it swings and stays."""
+    values = {"duration": 1.0, "reference.object_position": [0.0, 0.0, 0.142], "reference.object_rpy": [0.0, 0.0, 0.0]}
+    simulation = build(load_scenario("pinch", values))
+    _, index, speed = kick
+    simulation.state.v[index] = speed
+    path = []
+    while simulation.time < 1.0:
+        path.append(simulation.sample().q_O.copy())
+        simulation.step()
+    away = np.abs(np.array(path) - path[0]).max(axis=0)
+    assert away.max() > 1e-4 and away[:3].max() < 0.003 and away[3:].max() < 0.1
+
+
 @pytest.mark.parametrize(
     ("name", "position", "angle", "force"),
     [("point-contact", 1.88, 1.82, 0.108), ("blind", 4.86, 1.08, 2.30), ("opposing", 0.055, 0.0, 0.117),
