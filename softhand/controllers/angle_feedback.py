@@ -8,7 +8,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
-from softhand.controllers.tips import need_fingers
+from softhand.controllers.tips import last_axis, need_fingers
 from softhand.model.configuration import rotation_of, turn_towards
 from softhand.observation import Observation
 from softhand.settings import Gain, NonNegative
@@ -42,9 +42,8 @@ class AngleFeedback(Controller):
     def start(self, observation: Observation) -> Any:
         """The joint damping as an array, and b: the axis of the last joint of finger 1."""
         need_fingers("angle-feedback", observation, 2, 2)
-        turning = observation.tip_angular_jacobian[0]
-        last = np.flatnonzero(np.any(turning != 0.0, axis=0))[-1]
-        return diagonal("K_v", self.K_v, observation.joint_position.shape[0]), turning[:, last].copy()
+        K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
+        return K_v, last_axis(observation.tip_angular_jacobian[0])
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""

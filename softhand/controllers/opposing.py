@@ -8,7 +8,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
-from softhand.controllers.tips import attraction, need_fingers, pushed, radii, strength
+from softhand.controllers.tips import attraction, last_axis, need_fingers, pushed, radii, strength
 from softhand.observation import Observation
 from softhand.settings import Gain, NonNegative, Positive
 
@@ -39,9 +39,7 @@ class Opposing(Controller):
     def start(self, observation: Observation) -> Any:
         """The damping as an array, q_F(0), e_i as rows, and f_d for a squeeze of 1 N."""
         need_fingers("opposing", observation, 2, 2)
-        turning = observation.tip_angular_jacobian
-        last = [max(tip_columns(rows)) for rows in turning]
-        e = np.stack([rows.T @ rows[:, k] for rows, k in zip(turning, last, strict=True)])
+        e = np.stack([spin.T @ last_axis(spin) for spin in observation.tip_angular_jacobian])
         C = diagonal("damping", self.damping, observation.joint_position.shape[0])
         per_newton = strength(observation, np.ones_like(observation.internal_force))
         return C, observation.joint_position.copy(), e, per_newton
@@ -56,8 +54,3 @@ class Opposing(Controller):
         turned = e @ (seen.joint_position - q_start)
         tau = pushed(seen.tip_jacobian, forces) - (r**2 / self.gamma * turned) @ e
         return tau + seen.N_F - C * seen.joint_velocity, memory
-
-
-def tip_columns(rows: Any) -> Any:
-    """Joints that turn a tip, from its angular Jacobian, shape (3, n)."""
-    return np.flatnonzero(np.any(rows != 0.0, axis=0))

@@ -32,6 +32,15 @@ def need_fingers(name: str, seen: Observation, least: int, most: int | None = No
         )
 
 
+def last_axis(spin: Array) -> Array:
+    """Axis of the last joint that turns a tip, world axes, shape (3,).
+
+    Args:
+        spin: angular Jacobian of the tip, shape (3, n).
+    """
+    return np.array(spin[:, np.flatnonzero(np.any(spin != 0.0, axis=0))[-1]])
+
+
 def attraction(x: Array) -> Array:
     """Sum over j != i of x_j - x_i [m], shape (nc, 3): from each tip towards all others."""
     return x.sum(axis=0) - len(x) * x

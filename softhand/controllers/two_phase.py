@@ -8,7 +8,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
-from softhand.controllers.tips import need_fingers
+from softhand.controllers.tips import last_axis, need_fingers
 from softhand.model.configuration import rotation_of, turn_towards
 from softhand.observation import Observation
 from softhand.settings import Gain, NonNegative
@@ -44,8 +44,7 @@ class TwoPhase(Controller):
         need_fingers("two-phase", observation, 2, 2)
         seen, n = observation, observation.joint_position.shape[0]
         K_q = diagonal("K_q", self.K_q, n)
-        turning = seen.tip_angular_jacobian[0]
-        b = turning[:, np.flatnonzero(np.any(turning != 0.0, axis=0))[-1]].copy()
+        b = last_axis(seen.tip_angular_jacobian[0])
         line = seen.contact_point[0] - seen.contact_point[1]
         t = np.cross(b, line / np.linalg.norm(line))
         ways = [
