@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly import build, simulate
+    from softhand.comparison import compare
     from softhand.controllers.controller import Controller
     from softhand.dampings.damping import Damping
     from softhand.errors import (
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly": ("build", "simulate"),
+    "comparison": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
     "errors": (

@@ -38,7 +38,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         LawError: the fingertip law cannot be compiled.
     """
     law = law or read_law(scenario)
-    controller = controller or _read_plugin("controllers", scenario.controller.name, scenario.controller.parameters)
+    controller = controller or read_controller(scenario)
     stepper = _read_stepper(scenario)
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, law)
@@ -88,6 +88,13 @@ def read_damping(scenario: Scenario, law: Law) -> Damping:
         return law.damping
     damping_class = find_plugin("dampings", section.name, "fingertip.damping.name")
     return read_settings(damping_class, section.parameters, "fingertip.damping")
+
+
+def read_controller(scenario: Scenario) -> Controller:
+    """The controller of a scenario with its settings."""
+    section = scenario.controller
+    controller: Controller = _read_plugin("controllers", section.name, section.parameters)
+    return controller
 
 
 def read_world(scenario: Scenario) -> World:

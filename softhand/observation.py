@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.plant import Plant
+from softhand.model.world import Tip
+from softhand.plant import Fingertip, Plant
 from softhand.references import Desired
 
 Array = NDArray[np.float64]
@@ -57,6 +58,11 @@ class Observation:
         N_O: gravity terms of the object in the coordinates q_O, shape (6,).
         effort_limit: largest torque of each joint [N m], shape (n,).
         desired: what the reference asks for now.
+        fingertips: law, friction and face (in the object frame) of each tip; constants.
+        object_mass: [kg]; a constant.
+        object_lever: from the origin of the object frame to the centre of mass, in that frame [m], shape (3,); a
+            constant.
+        gravity: [m/s^2], world axes, shape (3,); a constant.
     """
 
     def __init__(self, plant: Plant, desired: Desired) -> None:
@@ -79,8 +85,12 @@ class Observation:
         self.J_O_f, self.J_O_tau = np.zeros((3 * nc, 6)), np.zeros((nc, 6))
         self.K, self.internal_force = np.zeros((3 * nc, pairs)), np.zeros(pairs)
         self.N_F, self.N_O = np.zeros(n), np.zeros(6)
+        inertia = world.model.inertias[world.object_joint]
+        self.fingertips: tuple[Fingertip, ...] = plant.fingertips
+        self.object_mass, self.object_lever = float(inertia.mass), np.array(inertia.lever)
+        self.gravity = world.gravity
         self.configuration = np.zeros(world.model.nq)
-        self._snapshot = plant.snapshot
+        self._snapshot, self._tips = plant.snapshot, world.tips
 
     @property
     def J_CF(self) -> Array:
@@ -93,6 +103,58 @@ class Observation:
         return _interleave(self.J_O_f, self.J_O_tau)
 
     @property
+    def tip_rotation(self) -> Array:
+        """Axes of the finger frames F, shape (nc, 3, 3). A copy. Depends on q_F alone, as `tip_position` does."""
+        poses = self._snapshot.poses
+        return np.stack([poses[tip.joint, :9].reshape(3, 3).T @ tip.rotation for tip in self._tips])
+
+    @property
+    def tip_jacobian(self) -> Array:
+        """J_i, Jacobian from q_F' to the velocity of `tip_position`, shape (nc, 3, n). A copy."""
+        at_origin = _cut(self._snapshot.J[:3], self._tips, self.N_F.shape[0])
+        return carried(at_origin, self.tip_angular_jacobian, self.tip_position)
+
+    @property
+    def tip_angular_jacobian(self) -> Array:
+        """Jacobian from q_F' to the angular velocity of the tips, world axes, shape (nc, 3, n). A copy."""
+        return _cut(self._snapshot.J[3:], self._tips, self.N_F.shape[0])
+
+    @property
+    def q_O_rate(self) -> Array:
+        """q_O' [m/s, rad/s], shape (6,). A copy."""
+        return np.asarray(np.linalg.solve(self.T_O, self.object_twist))
+
+    @property
+    def velocity_terms_F(self) -> Array:
+        """Coriolis and centrifugal terms of the hand, C_F q_F' [N m], shape (n,). A copy."""
+        return self._velocity_terms()[: self.N_F.shape[0]]
+
+    @property
+    def velocity_terms_O(self) -> Array:
+        """Coriolis and centrifugal terms of the object in the coordinates q_O, C_O q_O', shape (6,). A copy."""
+        n, R = self.N_F.shape[0], self.object_rotation
+        velocity, turning = self.object_twist[:3], self.object_twist[3:]
+        roll_rate, pitch_rate, yaw_rate = self.q_O_rate[3:]
+        roll_axis, pitch_axis, yaw_axis = self.T_O[3:, 3:].T
+        # acceleration of the body's own velocity where q_O'' = 0
+        tilting = pitch_rate * yaw_rate * np.cross(yaw_axis, pitch_axis)
+        tilting += roll_rate * np.cross(yaw_rate * yaw_axis + pitch_rate * pitch_axis, roll_axis)
+        bias = np.concatenate([-R.T @ np.cross(turning, velocity), R.T @ tilting])
+        return self._to_body.T @ (
+            self._snapshot.mass_matrix(self.configuration)[n:, n:] @ bias + self._velocity_terms()[n:]
+        )
+
+    def _velocity_terms(self) -> Array:
+        R, twist = self.object_rotation, self.object_twist
+        v = np.concatenate([self.joint_velocity, R.T @ twist[:3], R.T @ twist[3:]])
+        return self._snapshot.velocity_terms(self.configuration, v)
+
+    @property
+    def _to_body(self) -> Array:
+        """Velocity of the object in its own frame from q_O', shape (6, 6)."""
+        return np.kron(np.eye(2), self.object_rotation.T) @ self.T_O
+
+    @property
     def M_F(self) -> Array:
         """Mass matrix of the hand, shape (n, n). A copy."""
         n = self.joint_position.shape[0]
@@ -102,8 +164,7 @@ class Observation:
     def M_O(self) -> Array:
         """Mass matrix of the object in the coordinates q_O, shape (6, 6). A copy."""
         n = self.joint_position.shape[0]
-        to_body = np.kron(np.eye(2), self.object_rotation.T) @ self.T_O
-        return to_body.T @ self._snapshot.mass_matrix(self.configuration)[n:, n:] @ to_body
+        return self._to_body.T @ self._snapshot.mass_matrix(self.configuration)[n:, n:] @ self._to_body
 
     @property
     def f_C(self) -> Array:
@@ -114,6 +175,29 @@ class Observation:
     def tau_C(self) -> Array:
         """Torsion moments, (49) [N m], shape (nc,). A view."""
         return self.contact_force[:, 3]
+
+
+def carried(velocity: Array, spin: Array, arm: Array) -> Array:
+    """Jacobians of points at an arm from where `velocity` holds, v + w x arm, shape (nc, 3, n).
+
+    Args:
+        velocity: Jacobians of the velocity, shape (nc, 3, n).
+        spin: Jacobians of the angular velocity, shape (nc, 3, n).
+        arm: [m], shape (nc, 3).
+    """
+    x, y, z = arm.T
+    zero = np.zeros_like(x)
+    across = np.array([[zero, z, -y], [-z, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
+    return velocity + across @ spin
+
+
+def _cut(J: Array, tips: tuple[Tip, ...], n: int) -> Array:
+    """The columns of J that move each tip, zero elsewhere, shape (nc, 3, n)."""
+    rows = np.zeros((len(tips), 3, n))
+    for row, tip in zip(rows, tips, strict=True):
+        columns = list(tip.columns)
+        row[:, columns] = J[:, columns]
+    return rows
 
 
 def _interleave(force_rows: Array, moment_rows: Array) -> Array:

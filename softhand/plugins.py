@@ -34,6 +34,14 @@ SHIPPED: dict[str, dict[str, str]] = {
     },
     "controllers": {
         "regulation": "softhand.controllers.regulation:Regulation",
+        "finger-only": "softhand.controllers.finger_only:FingerOnly",
+        "point-contact": "softhand.controllers.point_contact:PointContact",
+        "object-impedance": "softhand.controllers.object_impedance:ObjectImpedance",
+        "computed-torque": "softhand.controllers.computed_torque:ComputedTorque",
+        "blind": "softhand.controllers.blind:Blind",
+        "opposing": "softhand.controllers.opposing:Opposing",
+        "angle-feedback": "softhand.controllers.angle_feedback:AngleFeedback",
+        "two-phase": "softhand.controllers.two_phase:TwoPhase",
     },
     "steppers": {
         "midpoint": "softhand.steppers.midpoint:Midpoint",

@@ -8,7 +8,7 @@ import numpy as np
 
 from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller, Torque
-from softhand.errors import ScenarioError
+from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.linear import least_norm
 from softhand.observation import Observation
 from softhand.settings import Gain
@@ -40,10 +40,8 @@ class Regulation(Controller):
     def start(self, observation: Observation) -> Any:
         """The compiled law with its gains, and room for the torque."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
-        position = _diagonal("K_O_position", self.K_O_position, 3)
-        orientation = _diagonal("K_O_orientation", self.K_O_orientation, 3)
-        K_O = np.concatenate([position, orientation])
-        K_v, K_N = _diagonal("K_v", self.K_v, n), _diagonal("K_N", self.K_N, pairs)
+        K_O = pose_diagonal("K_O", self.K_O_position, self.K_O_orientation)
+        K_v, K_N = diagonal("K_v", self.K_v, n), diagonal("K_N", self.K_N, pairs)
         seen, desired, tau = observation, observation.desired, np.zeros(n)
         law = prepared(
             _regulation, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.K, seen.contact_force,
@@ -57,15 +55,6 @@ class Regulation(Controller):
         law, tau = memory
         law()
         return tau, memory
-
-
-def _diagonal(key: str, gain: Any, size: int) -> np.ndarray:
-    values = np.atleast_1d(np.asarray(gain, dtype=float))
-    if values.size not in (1, size):
-        raise ScenarioError(
-            f"controller.{key} has {values.size} entries; give one number or {size}.", key=key, value=gain
-        )
-    return np.broadcast_to(values, (size,)).copy()
 
 
 @compiled

@@ -7,10 +7,9 @@ moving frame; a continuous joint is (cos, sin).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softhand.compiled import compiled
 
@@ -123,7 +122,7 @@ def normalize(joints, q):
             q[n] /= math.sqrt(square)
 
 
-def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
+def rotation_of(rpy: ArrayLike) -> NDArray[np.float64]:
     """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3)."""
     (a, b, c), (i, j, k) = np.cos(rpy), np.sin(rpy)
     return np.array(
@@ -133,3 +132,21 @@ def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
             [-j, b * i, b * a],
         ]
     )
+
+
+def turning_of(rpy: ArrayLike) -> NDArray[np.float64]:
+    """T with angular velocity = T rpy', world axes, from (roll, pitch, yaw) [rad], shape (3, 3)."""
+    (_, cos_pitch, cos_yaw), (_, sin_pitch, sin_yaw) = np.cos(rpy), np.sin(rpy)
+    return np.array([[cos_yaw * cos_pitch, -sin_yaw, 0.0], [sin_yaw * cos_pitch, cos_yaw, 0.0], [-sin_pitch, 0.0, 1.0]])
+
+
+def turn_towards(rotation: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Half the sum of r_k x r_dk over the axes: the way to turn from one rotation to another, shape (3,).
+
+    Along the axis of the turn, world axes, sin(angle) long: close to the rotation vector [rad] for small angles.
+
+    Args:
+        rotation: axes r_k as columns, shape (3, 3).
+        wanted: axes r_dk as columns, shape (3, 3).
+    """
+    return 0.5 * np.sum(np.cross(rotation, wanted, axis=0), axis=1)

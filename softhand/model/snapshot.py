@@ -69,3 +69,8 @@ class Snapshot:
         """M, both triangles, at configuration q, shape (nv, nv). A copy; J and poses are then those at q."""
         upper = pin.crba(self._model, self._data, q, _WORLD)
         return np.triu(upper) + np.triu(upper, 1).T
+
+    def velocity_terms(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """C(q, v) v, shape (nv,). A copy; J and poses are then those at q."""
+        gravity = pin.computeGeneralizedGravity(self._model, self._data, q).copy()
+        return pin.nonLinearEffects(self._model, self._data, q, v) - gravity

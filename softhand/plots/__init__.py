@@ -4,6 +4,7 @@ Drawn on `matplotlib.figure.Figure` without pyplot: no display, no window, no st
 """
 
 from softhand.plots.comparison import Compared, draw_comparison
+from softhand.plots.line_up import Lined, draw_line_up
 from softhand.plots.run import draw_run
 from softhand.plots.style import DASH_DOTTED, DASHED, FINGERS, FORMATS, SOLID, TARGETS, save_figure
 
@@ -15,7 +16,9 @@ __all__ = [
     "SOLID",
     "TARGETS",
     "Compared",
+    "Lined",
     "draw_comparison",
+    "draw_line_up",
     "draw_run",
     "save_figure",
 ]

@@ -1,0 +1,90 @@
+"""softhand compare: laws and controllers side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import (
+    Out,
+    Quiet,
+    Set,
+    console,
+    escape,
+    make_folder,
+    new_folder,
+    progress,
+    say_compiling,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from softhand.comparison import Row
+
+_NAMES = "NAME,NAME,..."
+
+
+@app.command(epilog='Example: softhand compare target-b --controller "regulation,blind(K_p=400)" --jobs 2')
+def compare(
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
+    ] = "target-a",
+    law: Annotated[
+        list[str],
+        typer.Option(metavar=_NAMES, help="Fingertip laws, settings in brackets; by default that of the scenario."),
+    ] = [],  # noqa: B006  typer copies it
+    controller: Annotated[
+        list[str],
+        typer.Option(metavar=_NAMES, help="Controllers, settings in brackets; by default the paper's line of work."),
+    ] = [],  # noqa: B006
+    changes: Set = [],  # noqa: B006
+    duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
+    out: Out = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run in.")] = 1,
+    quiet: Quiet = False,
+) -> None:
+    """Run every law with every controller; prints a table, writes comparison.png and comparison.csv."""
+    say_compiling(quiet)
+    from softhand.comparison import LINE_OF_WORK, draw, split_choices, to_csv
+    from softhand.comparison import compare as run
+    from softhand.plots import save_figure
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import parse_override
+
+    values = dict(parse_override(change) for change in changes)
+    if duration is not None:
+        values["duration"] = duration
+    task = load_scenario(scenario, values)
+    laws = [name for text in law for name in split_choices(text)]
+    controllers = [name for text in controller for name in split_choices(text)]
+    runs = max(len(laws), 1) * (len(controllers) or (1 if laws else len(LINE_OF_WORK)))
+    with progress("comparing", float(runs), quiet) as report:
+        rows = run(task, laws or None, controllers or None, report, jobs)
+    folder = out or new_folder(f"compare-{Path(scenario).stem}")
+    make_folder(folder)
+    write_text(folder / "comparison.csv", to_csv(rows))
+    save_figure(draw(rows, task.description or "softhand comparison"), folder / "comparison.png")
+    if not quiet:
+        _print_rows(rows)
+        console().print(f"wrote comparison.png, comparison.csv in {folder}/", highlight=False)
+
+
+def _print_rows(rows: list[Row]) -> None:
+    from rich.table import Table
+
+    from softhand.comparison import CAPTION, COLUMNS, labels
+
+    table = Table(box=None, padding=(0, 1, 0, 0), caption=f"\n{CAPTION}", caption_justify="left", caption_style="dim")
+    table.add_column("run", overflow="fold", min_width=18)
+    for name in COLUMNS:
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    names = labels(rows)
+    for name, row in zip(names, rows, strict=True):
+        table.add_row(escape(name), *row.cells())
+    console().print(table)
+    for name, row in zip(names, rows, strict=True):
+        if row.outcome:
+            console().print(f"[yellow]{escape(name)}[/] {escape(row.outcome)}", highlight=False)

@@ -1,0 +1,67 @@
+"""The paper's controller without any measurement of the object: Remark 5."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.gains import diagonal, pose_diagonal
+from softhand.controllers.object_estimator import Estimate, ObjectEstimator
+from softhand.linear import least_norm
+from softhand.observation import Observation
+from softhand.settings import Gain
+
+
+class FingerOnly(Controller):
+    """Eq. (59) with q_O, f_N and tau_C computed from q_F, q_F' and f_C: no sensor for the object.
+
+    [Nakashima] Remark 5 says that this is possible and leaves the way to an earlier paper; the way here is that of
+    `ObjectEstimator`. The law of the tips, the faces and the weight of the object, and its pose at the start are known;
+    after the start nothing else is read than the joints and the contact forces, in C_F. Form of the controller:
+    certain. The estimate is as good as the known law, and slides away slowly where tips creep, slip or are damped.
+
+    Attributes:
+        torsion_compensation: whether the estimated torsion moments are compensated.
+        K_O_position: stiffness of the position [N/m], one number or three.
+        K_O_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
+        K_v: joint damping [N m s/rad], one number or n.
+        K_N: gain of the internal force, one number or one a pair of contacts.
+    """
+
+    torsion_compensation: bool = True
+    K_O_position: Gain = 100.0
+    K_O_orientation: Gain = 0.3
+    K_v: Gain = 0.005
+    K_N: Gain = 1.5
+
+    def start(self, observation: Observation) -> Any:
+        """The gains, and the estimator at the pose of the start."""
+        n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
+        gains = (
+            pose_diagonal("K_O", self.K_O_position, self.K_O_orientation),
+            diagonal("K_v", self.K_v, n),
+            diagonal("K_N", self.K_N, pairs),
+        )
+        estimator = ObjectEstimator(observation)
+        return gains, estimator, estimator.start(observation)
+
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """(59) at the estimate."""
+        seen, desired = observation, observation.desired
+        gains, estimator, before = memory
+        now: Estimate = estimator.update(seen, before)
+        K_O, K_v, K_N = gains
+        K = now.kernel()
+        f_N = np.empty(K.shape[1])
+        least_norm(K, False, seen.f_C, f_N)
+        wrench = estimator.weight(now.q_O) - K_O * (now.q_O - desired.coordinates)
+        tau = seen.N_F - K_v * seen.joint_velocity
+        if self.torsion_compensation:
+            wrench -= now.J_O_tau.T @ now.tau_C
+            tau += now.J_CF_tau.T @ now.tau_C
+        f_C = np.empty(seen.f_C.shape)
+        least_norm(now.J_O_f, True, wrench, f_C)
+        f_C += K @ (f_N - K_N * (f_N - desired.internal_force))
+        return tau + now.J_CF_f.T @ f_C, (gains, estimator, now)

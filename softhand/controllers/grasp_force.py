@@ -1,0 +1,36 @@
+"""Joint torques that make the contacts carry a wrench and squeeze."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.linear import least_norm
+from softhand.observation import Observation
+
+Array = NDArray[np.float64]
+
+
+def grasp_torque(seen: Observation, wrench: Array, squeeze: Array, compensate_torsion: bool) -> Array:
+    """tau = J_CF^fT { (J_O^fT)^+ [F - J_O^tauT tau_C] + K f_N } + J_CF^tauT tau_C, from (57) and (46) at rest.
+
+    Without compensation both terms of tau_C are dropped. Neither weight of the fingers nor damping is in it.
+
+    Args:
+        seen: the grasp now.
+        wrench: F, what the contacts shall do to the object in the coordinates q_O [N, N m], shape (6,).
+        squeeze: f_N [N], shape (np,).
+        compensate_torsion: whether the measured torsion moments are taken off the wrench and held by the fingers.
+
+    Returns:
+        Joint torques [N m], shape (n,).
+    """
+    f_C = np.empty(seen.J_O_f.shape[0])
+    if compensate_torsion:
+        wrench = wrench - seen.J_O_tau.T @ seen.tau_C
+    least_norm(seen.J_O_f, True, wrench, f_C)
+    f_C += seen.K @ squeeze
+    tau = seen.J_CF_f.T @ f_C
+    if compensate_torsion:
+        tau += seen.J_CF_tau.T @ seen.tau_C
+    return tau

@@ -1,0 +1,65 @@
+"""Object impedance: the object answers to a push as a mass on a spring and a damper would."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.gains import diagonal, pose_diagonal
+from softhand.controllers.grasp_force import grasp_torque
+from softhand.observation import Observation
+from softhand.settings import Gain
+
+
+class ObjectImpedance(Controller):
+    """Object impedance: spring, damper and virtual mass at the object, the squeeze as asked without feedback.
+
+        e = q_O - q_Od
+        tau = J_CF^fT { (J_O^fT)^+ [M_d q_Od'' - D e' - K e + N_O - J_O^tauT tau_C] + K_int f_Nd }
+              + J_CF^tauT tau_C + N_F - K_v q_F'
+
+    Form: certain; impedance control of the grasped object is in many papers and textbooks. K_v is not part of it: the
+    damper acts on the object only, and the tips have next to no damping of their own. Valid where tips are much stiffer
+    than K: the spring then is that of the object. Torsion as in (59).
+
+    Attributes:
+        torsion_compensation: whether the measured torsion moments are compensated.
+        M_position: virtual mass [kg], one number or three.
+        M_orientation: virtual inertia of roll, pitch, yaw [kg m^2], one number or three.
+        D_position: damping [N s/m], one number or three.
+        D_orientation: damping of roll, pitch, yaw [N m s/rad], one number or three.
+        K_position: stiffness [N/m], one number or three.
+        K_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
+        K_int: factor of the desired internal force, one number or one a pair of contacts.
+        K_v: joint damping [N m s/rad], one number or n.
+    """
+
+    torsion_compensation: bool = True
+    M_position: Gain = 0.2
+    M_orientation: Gain = 1e-4
+    D_position: Gain = 2.0
+    D_orientation: Gain = 0.002
+    K_position: Gain = 100.0
+    K_orientation: Gain = 0.3
+    K_int: Gain = 1.0
+    K_v: Gain = 0.005
+
+    def start(self, observation: Observation) -> Any:
+        """The gains as arrays."""
+        n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
+        return (
+            pose_diagonal("M", self.M_position, self.M_orientation),
+            pose_diagonal("D", self.D_position, self.D_orientation),
+            pose_diagonal("K", self.K_position, self.K_orientation),
+            diagonal("K_int", self.K_int, pairs),
+            diagonal("K_v", self.K_v, n),
+        )
+
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """The law of the class."""
+        seen, desired = observation, observation.desired
+        M_d, D, K, K_int, K_v = memory
+        wrench = seen.N_O + M_d * desired.coordinates_acceleration
+        wrench -= D * (seen.q_O_rate - desired.coordinates_rate) + K * (seen.q_O - desired.coordinates)
+        tau = grasp_torque(seen, wrench, K_int * desired.internal_force, self.torsion_compensation)
+        return tau + seen.N_F - K_v * seen.joint_velocity, memory

@@ -1,0 +1,66 @@
+"""Two-phase control: from the object's angle to joint angles, and from these to torques."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.gains import diagonal
+from softhand.controllers.tips import last_axis, need_fingers
+from softhand.model.configuration import rotation_of, turn_towards
+from softhand.observation import Observation
+from softhand.settings import Gain, NonNegative
+
+
+class TwoPhase(Controller):
+    """Two-phase control, in the manner of Inoue and Hirai: the angle moves the set points of stiff joints.
+
+        q_d = q_bias +- J_i^+ t (K_P e + K_I int e dt)          first phase, from the object's angle
+        u = K_q (q_d - q_F) - K_d q_F'                         second phase, from the joints
+
+    e = b . 1/2 sum r_k x r_dk is the missing angle about the normal b of the fingers' plane, t = b x u the direction in
+    which tip 1 moves so that the object turns about b (u from contact 2 to 1), + at finger 1 and - at finger 2. J_i^+ t
+    is taken at the start; with one joint a finger, as in the original, it is a number, +-1 / length. q_bias is where
+    the joints would go without an object: q_F(0) + tau(0) / K_q, with tau(0) the torques that hold the start. So the
+    grasp comes from stiffness alone: squeeze and position are not regulated, and neither f_C nor the object's position
+    is measured after the start. Structure: certain; the details of the original are not. Two fingers only.
+
+    Attributes:
+        K_P: way of a tip for an angle [m/rad].
+        K_I: the same for its integral [m/(rad s)].
+        K_q: stiffness of the joints [N m/rad], one number or n, above 0.
+        K_d: damping of the joints [N m s/rad], one number or n.
+    """
+
+    K_P: NonNegative = 0.02
+    K_I: NonNegative = 0.4
+    K_q: Gain = 2.0
+    K_d: Gain = 0.02
+
+    def start(self, observation: Observation) -> Any:
+        """What is fixed at the start: gains, q_bias, b, the way of the joints; then the integral and its time."""
+        need_fingers("two-phase", observation, 2, 2)
+        seen, n = observation, observation.joint_position.shape[0]
+        K_q = diagonal("K_q", self.K_q, n)
+        b = last_axis(seen.tip_angular_jacobian[0])
+        line = seen.contact_point[0] - seen.contact_point[1]
+        t = np.cross(b, line / np.linalg.norm(line))
+        ways = [
+            sign * np.linalg.pinv(J, rcond=1e-6) @ t for sign, J in zip((1.0, -1.0), seen.tip_jacobian, strict=True)
+        ]
+        holding = seen.N_F + seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C
+        gains = K_q, diagonal("K_d", self.K_d, n)
+        return gains, seen.joint_position + holding / K_q, b, sum(ways), 0.0, seen.time
+
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """The law of the class."""
+        seen = observation
+        gains, q_bias, b, way, integral, before = memory
+        K_q, K_d = gains
+        e = float(b @ turn_towards(seen.object_rotation, rotation_of(seen.desired.coordinates[3:])))
+        integral += e * (seen.time - before)
+        q_d = q_bias + way * (self.K_P * e + self.K_I * integral)
+        u = K_q * (q_d - seen.joint_position) - K_d * seen.joint_velocity
+        return u, (gains, q_bias, b, way, integral, seen.time)

@@ -1,0 +1,174 @@
+"""Laws and controllers side by side: what is run, what the table says, and what becomes of runs that stop."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softhand import ScenarioError, SimulationStopped, compare, load_scenario, simulate, summarize
+from softhand import comparison as module
+from softhand.comparison import COLUMNS, LINE_OF_WORK, Row, draw, labels, split_choices, to_csv
+from softhand.plugins import SHIPPED
+
+COMMAND = str(Path(sys.executable).with_name("softhand"))
+SHORT = {"duration": 0.02}
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return compare("target-a", controllers=["regulation", "regulation(torsion_compensation=false)"])
+
+
+def test_the_numbers_are_those_of_single_runs(rows: list[Row]) -> None:
+    """The same run alone ends with the same errors, and without compensation a steady error is left."""
+    alone = simulate(load_scenario("target-a"))
+    assert np.array_equal(rows[0].recording.object_position, alone.object_position)
+    with_, without = (row.performance for row in rows)
+    assert with_.position_error == pytest.approx(summarize(alone).position_error, rel=1.0)
+    assert with_.position_error < 0.05 and 0.4 < without.position_error < 0.6
+    assert with_.orientation_error < 0.1 and 1.3 < without.orientation_error < 1.7
+    assert with_.settling_time < 1.0 and without.settling_time == math.inf
+    assert with_.friction_use == pytest.approx(summarize(alone).friction_use)
+
+
+def test_every_law_meets_every_controller() -> None:
+    """Law by law; own settings stay, others have defaults or what is in the brackets."""
+    task = load_scenario("target-a", SHORT)
+    rows = compare(task, ["nakashima", "nakashima(k_r=0.5e6)"], ["regulation(K_v=0.01)", "blind(K_p=10, mass=0.1)"])
+    assert [(row.law, row.controller) for row in rows] == [
+        (law, controller) for law in ("nakashima", "nakashima(k_r=0.5e6)")
+        for controller in ("regulation(K_v=0.01)", "blind(K_p=10, mass=0.1)")
+    ]  # fmt: skip
+    assert "k_r = 500000.0" in rows[2].recording.scenario and "k_phi = 166000.0" in rows[2].recording.scenario
+    assert "K_v = 0.01" in rows[0].recording.scenario and "K_p = 10" in rows[3].recording.scenario
+    assert labels(rows)[3] == "nakashima(k_r=0.5e6), blind(K_p=10, mass=0.1)"
+
+
+def test_another_law_takes_along_what_it_shares(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The radius goes along, the coefficients of the paper do not; what is missing is asked for."""
+    monkeypatch.setitem(SHIPPED["laws"], "springs", "test_performance:Springs")
+    task = load_scenario("target-a", SHORT)
+    rows = compare(task, ["nakashima", "springs(k=2500)"])
+    assert labels(rows) == ["nakashima", "springs(k=2500)"]
+    assert rows[1].outcome == "" and not np.array_equal(rows[0].recording.deformation, rows[1].recording.deformation)
+    with pytest.raises(ScenarioError, match=r"fingertip\.k: missing"):
+        compare(task, ["springs"])
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [({}, list(LINE_OF_WORK)), ({"laws": ["nakashima"]}, ["regulation"]), ({"controllers": ["blind"]}, ["blind"])],
+)
+def test_what_is_compared_by_default(asked: dict, expected: list[str]) -> None:
+    """Alone the line of work; with laws only, the scenario's controller."""
+    rows = compare(load_scenario("target-a", {"duration": 0.002}), **asked)
+    assert [row.controller for row in rows] == expected
+    assert all(row.outcome == "" for row in rows)
+
+
+def test_a_run_that_stops_has_reason_and_time_in_place_of_numbers() -> None:
+    """And the others go on; the figure marks it."""
+    rows = compare(load_scenario("pinch", {"duration": 0.8}), controllers=["two-phase(K_q=0.5)", "regulation"])
+    stopped, complete = rows
+    assert stopped.performance is None and stopped.cells() == ("-",) * len(COLUMNS)
+    assert stopped.outcome.startswith("stopped at 0.67") and "finger_1_tip rolls over its apex" in stopped.outcome
+    assert complete.outcome == "" and complete.performance is not None
+    figure = draw(rows, "one of two")
+    assert "stopped at 0.67" in figure.legends[0].texts[0].get_text()
+
+
+def test_a_run_that_cannot_begin_is_a_row_too() -> None:
+    """A hand of the wrong kind, a start that is not possible."""
+    rows = compare(load_scenario("pinch", SHORT), controllers=["blind", "regulation"])
+    assert "at least 3 fingers" in rows[0].outcome and rows[1].outcome == ""
+    refused = compare(load_scenario("pinch", {**SHORT, "fingertip.friction": 0.1}), controllers=["regulation"])[0]
+    assert refused.outcome.startswith("cannot begin") and "friction" in refused.outcome and refused.recording is None
+    draw([refused, rows[1]], "one of two")
+
+
+@pytest.mark.parametrize(
+    ("controller", "words"),
+    [("regulatoin", "Did you mean"), ("regulation(K_w=1)", r"controller\.K_w.*K_v"), ("regulation)", "list of names"),
+     ("regulation(K_v=[1)", "list of names"), ("regulation(K_v)", "key=value"), ("blind,,regulation", "list of names")],
+)  # fmt: skip
+def test_a_wrong_choice_ends_all_before_the_first_run(
+    controller: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Names and settings are checked first."""
+    monkeypatch.setattr(module, "build", lambda scenario: pytest.fail("ran"))
+    with pytest.raises(ScenarioError, match=words):
+        compare("target-a", controllers=["regulation", *split_choices(controller)])
+
+
+def test_names_are_split_at_commas_outside_of_brackets() -> None:
+    """Lists and tables may stand in the brackets."""
+    assert split_choices(" a, b(k=1, l=[2, 3]),c ") == ["a", "b(k=1, l=[2, 3])", "c"]
+
+
+def test_progress_counts_runs() -> None:
+    """It never falls and ends at the number of runs."""
+    told: list[float] = []
+    compare(load_scenario("target-a", {"duration": 0.1}), controllers=["regulation", "blind"], progress=told.append)
+    assert told == sorted(told) and told[-1] == 2.0 and len(told) > 8
+
+
+def test_an_interrupt_ends_the_comparison(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C is not taken for a run that stopped."""
+
+    def interrupted(scenario: object) -> None:
+        raise SimulationStopped("interrupted", reason="interrupted")
+
+    monkeypatch.setattr(module, "build", interrupted)
+    with pytest.raises(SimulationStopped):
+        compare("target-a", controllers=["regulation"])
+
+
+def test_the_csv_has_all_digits(rows: list[Row]) -> None:
+    """One row a run below the headings, numbers as they are."""
+    table = list(csv.DictReader(io.StringIO(to_csv(rows))))
+    assert [row["controller"] for row in table] == [row.controller for row in rows]
+    assert float(table[1]["place [mm]"]) == rows[1].performance.position_error
+    assert float(table[0]["lost [mJ]"]) == 1e3 * rows[0].energy_lost
+
+
+def test_the_figure_has_a_curve_a_run(rows: list[Row]) -> None:
+    """Four panels; the first ends at the final error."""
+    figure = draw(rows, "two")
+    assert len(figure.axes) == 4
+    for line, row in zip(figure.axes[0].lines, rows, strict=True):
+        error = row.recording.object_position[-1] - row.recording.object_position_desired[-1]
+        assert line.get_ydata()[-1] == pytest.approx(1e3 * np.linalg.norm(error))
+
+
+def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([COMMAND, "compare", *arguments], cwd=folder, capture_output=True, text=True, timeout=300,
+                          check=False, env={**os.environ, "COLUMNS": "80"})  # fmt: skip
+
+
+def test_the_command_prints_a_table_and_writes_a_figure(tmp_path: Path) -> None:
+    """In two processes, on a terminal of 80 columns, nothing is cut off."""
+    result = run("target-a", "--controller", "regulation,blind(K_p=100)", "--controller", "opposing", "--duration",
+                 "0.02", "--jobs", "2", "--out", "here", folder=tmp_path)  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    for words in ("settled", "lost", "[mJ]", "blind(K_p=100)", "opposing cannot begin", "needs 2 fingers"):
+        assert words in result.stdout
+    assert {file.name for file in (tmp_path / "here").iterdir()} == {"comparison.png", "comparison.csv"}
+    table = list(csv.DictReader((tmp_path / "here/comparison.csv").open()))
+    assert [row["controller"] for row in table] == ["regulation", "blind(K_p=100)", "opposing"]
+
+
+def test_the_command_is_silent_and_names_mistakes(tmp_path: Path) -> None:
+    """--quiet prints nothing; a wrong name is one message."""
+    quiet = run("pinch", "--law", "nakashima", "--duration", "0.002", "--quiet", folder=tmp_path)
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+    assert (tmp_path / "runs/compare-pinch/comparison.png").is_file()
+    wrong = run("--law", "nakashina", folder=tmp_path)
+    assert wrong.returncode == 1 and "Did you mean" in wrong.stderr and "Traceback" not in wrong.stderr

@@ -1,0 +1,57 @@
+"""docs/controllers.md: every controller has its section, every link leads somewhere, the tables are current."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+import softhand
+from softhand.plugins import SHIPPED
+
+ROOT = Path(__file__).parent.parent
+PAGE = (ROOT / "docs/controllers.md").read_text()
+
+
+def script():
+    spec = importlib.util.spec_from_file_location("make", ROOT / "scripts/make_controller_figures.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_controller_has_a_section_and_a_row():
+    """In the page, and its keys in the page of scenarios."""
+    keys = (ROOT / "docs/scenario.md").read_text()
+    for name in SHIPPED["controllers"]:
+        assert f"\n## {name}\n" in PAGE and f"[`{name}`](#{name})" in PAGE
+        assert f"`{name}`" in keys
+
+
+def test_every_link_leads_to_a_file():
+    """Pictures and pages are there."""
+    for target in re.findall(r"\]\(([^)#]+)\)", PAGE):
+        assert (ROOT / "docs" / target).exists(), target
+
+
+@pytest.mark.parametrize("scenario", ["target-a", "pinch-angle-feedback"])
+def test_the_tables_are_current(scenario):
+    """What the script prints now, to 2 %; of errors below 0.01 the size only."""
+    made = script()
+    written = PAGE.split(f"<!-- table {scenario} -->\n")[1].split("\n<!-- end -->")[0].splitlines()
+    printed = made.table(softhand.compare(scenario, controllers=made.COMPARISONS[scenario][1])).splitlines()
+    assert printed[:2] == written[:2] and len(printed) == len(written)
+    for one, other in zip(printed[2:], written[2:], strict=True):
+        for now, then in zip(one.split(" | "), other.split(" | "), strict=True):
+            numbers = [float(cell.strip("<| ")) for cell in (now, then) if re.fullmatch(r"[<\-.\de| ]+", cell)]
+            if numbers:
+                assert numbers[0] == pytest.approx(numbers[1], rel=0.02, abs=0.005)
+            else:
+                assert now == then
+
+
+def test_the_example_runs(capsys):
+    """The example in Python prints a line a row."""
+    code = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL).group(1)
+    exec(code, {})
+    assert len(capsys.readouterr().out.splitlines()) == 2
