@@ -264,6 +264,8 @@ class Simulation:
             reason=reason,
             stop_time=float(variables["time"][-1]) if len(recorder) else 0.0,
             attributes={"steps_per_second": steps / wall, "wall_time": wall},
+            hand_urdf=world.hand_text,
+            object_urdf=world.object_text,
         )
 
 
