@@ -125,7 +125,7 @@ def test_a_dead_chromium_is_told():
     with Browser() as chromium:
         page = chromium.page()
         os.killpg(chromium._process, signal.SIGKILL)
-        with pytest.raises(BrowserError, match="ended"):
+        with pytest.raises(BrowserError, match=r"ended"):
             page.evaluate("1")
 
 
@@ -137,7 +137,7 @@ def test_what_ends_at_once_is_told(tmp_path, monkeypatch):
     (tmp_path / "t").mkdir()
     monkeypatch.setenv("SOFTHAND_CHROMIUM", str(program))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
-    with pytest.raises(BrowserError, match="ended .* no display"), Browser():
+    with pytest.raises(BrowserError, match=r"ended .* no display"), Browser():
         pass
     assert not list((tmp_path / "t").iterdir())
 
@@ -147,7 +147,7 @@ def test_a_missing_chromium_is_told(monkeypatch):
     monkeypatch.delenv("SOFTHAND_CHROMIUM", raising=False)
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr(browser, "_APPLICATION", Path("/nowhere"))
-    with pytest.raises(BrowserError, match="apt install chromium.*SOFTHAND_CHROMIUM"):
+    with pytest.raises(BrowserError, match=r"apt install chromium.*SOFTHAND_CHROMIUM"):
         find_chromium()
 
 
