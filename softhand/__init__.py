@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from softhand.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.version import __version__
+    from softhand.viewer.live import Viewer, view
 
 _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
@@ -59,6 +60,7 @@ _HOMES = {
     "simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
+    "viewer.live": ("Viewer", "view"),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 
