@@ -64,7 +64,7 @@ class Object(Part):
         self.items = []
         for k, visual in enumerate(visuals):
             colour = visual.colour or OBJECT
-            self.items.append(item(f"object/body_{k}", moved(visual.mesh, visual.pose), colour, opacity=0.42))
+            self.items.append(item(f"object/body_{k}", moved(visual.mesh, visual.pose), colour, opacity=0.16))
             if visual.size is not None:
                 edges = moved(box_edges(visual.size, 0.035 * unit), visual.pose)
                 self.items.append(item(f"object/edges_{k}", edges, darker(colour)))

@@ -35,7 +35,7 @@ class Tips(Part):
             self.items += [
                 item(f"tips/{name}", Mesh(tip_surface(rest), tip_faces()), colour, soft=True),
                 item(f"tips/{name}_net", net, NET, soft=True, kind="lines", opacity=0.55),
-                item(f"tips/{name}_disc", disc(), DISC, opacity=0.75),
+                item(f"tips/{name}_disc", disc(), DISC, opacity=0.9),
             ]
 
     def update(self, moment: Moment) -> list[Update]:
@@ -105,7 +105,7 @@ class Torsion(Part):
             pose[:3, :3] = moment.contact_rotation[i]
             pose[:3, 3] = moment.contact_point[i] - 0.1 * self._unit * moment.contact_rotation[i, :, 2]
             angle = float(np.clip(self._scale * torsion, -_GAUGE_LARGEST, _GAUGE_LARGEST))
-            updates.append(Update(pose, gauge_vertices(angle, self._unit), visible=abs(angle) > 0.02))
+            updates.append(Update(pose, gauge_vertices(angle, self._unit), visible=abs(angle) > 0.1))
             updates.append(Update(pose))
         return updates
 
@@ -125,12 +125,12 @@ class Trails(Part):
         """Contact points so far in the object frame [m], the last one now, shape (samples, nc, 3)."""
 
     def update(self, moment: Moment) -> list[Update]:
-        """A ribbon on the face."""
+        """A ribbon just inside the face, where the disc does not hide it."""
         updates = []
         to_object = moment.object_pose[:3, :3].T
         for i in range(len(self.items)):
             normal = -to_object @ moment.contact_rotation[i, :, 2]
-            vertices = ribbon(self.path[:, i], normal, 0.11 * self._unit, _ABOVE * self._unit)
+            vertices = ribbon(self.path[:, i], normal, 0.13 * self._unit, -3.0 * _ABOVE * self._unit)
             updates.append(Update(moment.object_pose, vertices))
         return updates
 

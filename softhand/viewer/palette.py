@@ -16,7 +16,7 @@ def rgb(code: str) -> Colour:
 
 LINK, PALM, JOINT = rgb("#b3bac7"), rgb("#545c69"), rgb("#3d454f")
 OBJECT, TIP, NET = rgb("#5c8ccc"), rgb("#f2b899"), rgb("#8a4a2a")
-DISC, TRAIL = rgb("#1f3a5f"), rgb("#0b2545")
+DISC, TRAIL = rgb("#e6eef8"), rgb("#10151c")
 TORSION, INTERNAL, DESIRED = rgb("#a3308f"), rgb("#2f6fb0"), rgb("#20242b")
 RAMP = (rgb("#009E73"), rgb("#F0E442"), rgb("#D55E00"))
 SLIPPING = rgb("#7a0026")

@@ -8,7 +8,7 @@ A scene has items that stay and gives one `Update` an item for each moment. Noth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import sys
 from pathlib import Path
@@ -39,12 +39,14 @@ Array = NDArray[np.float64]
 
 
 class Bounds(NamedTuple):
-    """A sphere around all that is seen."""
+    """A sphere around all that is seen, and from where to look at it."""
 
     centre: Array
     """[m], shape (3,)."""
     radius: float
     """[m]"""
+    azimuth: float
+    """Of the camera about the world's z axis, from x towards y [rad]: where the fewest fingers are in the way."""
 
 
 class Entry(NamedTuple):
@@ -135,17 +137,19 @@ class Scene:
 
     def extent(self, moments: Sequence[Moment]) -> Bounds:
         """A sphere around what is seen at these moments."""
-        lows, highs = [], []
-        for moment in moments:
-            for item, update in zip(self.items, self.draw(moment, np.zeros((0, len(moment.distance), 3))), strict=True):
-                if update.visible and item.layer in ("links", "base", "object", "tips", "desired"):
-                    vertices = item.vertices if update.vertices is None else update.vertices
-                    if update.pose is not None:
-                        vertices = vertices @ update.pose[:3, :3].T + update.pose[:3, 3]
-                    lows.append(vertices.min(axis=0))
-                    highs.append(vertices.max(axis=0))
-        low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-        return Bounds(0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)))
+        cloud = np.concatenate([points for moment in moments for points in self._places(moment)])
+        centre = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
+        radius = float(np.linalg.norm(cloud - centre, axis=1).max())
+        return Bounds(centre, radius, _open_side(moments[0]))
+
+    def _places(self, moment: Moment) -> Iterator[Array]:
+        """Vertices in the world of what has a body."""
+        updates = self.draw(moment, np.zeros((0, len(moment.distance), 3)))
+        for item, update in zip(self.items, updates, strict=True):
+            if item.layer in ("links", "base", "object", "tips", "desired"):
+                vertices = item.vertices if update.vertices is None else update.vertices
+                pose = np.eye(4) if update.pose is None else update.pose
+                yield vertices @ pose[:3, :3].T + pose[:3, 3]
 
 
 class RecordedScene(Scene):
@@ -224,18 +228,27 @@ def _scales(moments: Sequence[Moment], headroom: float, radii: Sequence[float]) 
     )
 
 
+def _open_side(moment: Moment) -> float:
+    """Azimuth [rad] a little beside the middle of the widest gap between the fingers, seen from above."""
+    reach = moment.tip_position - moment.object_pose[:3, 3]
+    azimuths = np.sort(np.arctan2(reach[:, 1], reach[:, 0]))
+    gaps = np.diff(np.append(azimuths, azimuths[0] + 2.0 * np.pi))
+    widest = int(np.argmax(np.round(gaps, 3)))
+    return float(azimuths[widest] + 0.36 * gaps[widest])
+
+
 def _legend(scales: Scales) -> list[Entry]:
     """What the colours mean, and how large the largest of each kind is."""
     return [
         Entry(
-            f"Force on the object, longest {scales.force:.2g} N; colour: friction use |f_t|/(mu f_z)",
+            f"Force on the object, longest {scales.force:.2g} N; colour: friction use |f_t| / (μ f_z)",
             (*palette.RAMP, palette.SLIPPING),
             "forces",
             ("0", "1 and above"),
         ),
         Entry(f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g} N mm", (palette.TORSION,), "torsion"),
         Entry(f"Internal force, thickest {scales.internal_force:.2g} N", (palette.INTERNAL,), "internal"),
-        Entry("Contact, radius sqrt(r^2 - R^2)", (palette.DISC,), "tips"),
+        Entry("Contact disc, radius √(r² − R²)", (palette.DISC,), "tips"),
         Entry("Where the contact has been", (palette.TRAIL,), "trails"),
-        Entry("Desired pose", (palette.DESIRED,), "desired"),
+        Entry("Where the object is wanted", (palette.DESIRED,), "desired"),
     ]

@@ -27,7 +27,7 @@ def describe(scene: Scene, bounds: Bounds, title: str, duration: float | None) -
     return {
         "title": title,
         "duration": duration,
-        "bounds": {"center": bounds.centre.tolist(), "radius": bounds.radius},
+        "bounds": {"center": bounds.centre.tolist(), "radius": bounds.radius, "azimuth": bounds.azimuth},
         "layers": [{"key": key, "title": name, "shown": True} for key, name in scene.layers.items() if key in used],
         "legend": [
             {"text": e.text, "colors": [_css(c) for c in e.colours], "ends": list(e.ends), "layer": e.layer}

@@ -98,9 +98,13 @@ class Player {
 
 async function start() {
   const film = await (await fetch("scene.json")).json();
+  document.body.classList.toggle("replay", film.duration !== null);
   const stage = new Stage(part("stage"), film);
+  Orbit.VIEWS["3-D"][0] = film.bounds.azimuth;
+  stage.orbit.view("3-D");
   stage.orbit.changed = () => stage.draw();
-  const fit = () => stage.resize(window.innerWidth, window.innerHeight);
+  window.stage = stage; // for scripts that make pictures
+  const canvas = part("stage"), fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight);
   window.addEventListener("resize", fit);
   fit();
   fillViews(stage);
