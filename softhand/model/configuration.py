@@ -7,10 +7,9 @@ moving frame; a continuous joint is (cos, sin).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softhand.compiled import compiled
 
@@ -123,8 +122,8 @@ def normalize(joints, q):
             q[n] /= math.sqrt(square)
 
 
-def rotation_of(rpy: Sequence[float]) -> NDArray[np.float64]:
-    """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3)."""
+def rotation_of(rpy: ArrayLike) -> NDArray[np.float64]:
+    """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3); (3, 3, n) from shape (3, n)."""
     (a, b, c), (i, j, k) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.viewer.bodies import axes_along
-from softhand.viewer.item import Colour, Item, Part, Update, item
+from softhand.viewer.item import Colour, Part, Update, item
 from softhand.viewer.moment import Moment
-from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, TIP, TORSION, TRAIL, use_colour
-from softhand.viewer.shapes import Mesh, arrow, cylinder, disc, grid_faces, lathe
+from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, TORSION, TRAIL, use_colour
+from softhand.viewer.shapes import Mesh, arrow, disc, grid_faces, lathe
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.tip_shape import Indentation, net_segments, tip_faces, tip_net, tip_surface
 
@@ -80,7 +80,9 @@ class Forces(Part):
             head = min(0.9 * self._unit, 0.5 * length)
             updates += [
                 Update(_placed(axes, start, 0.13 * self._unit, length - head), None, colour, seen),
-                Update(_placed(axes, start + (length - head) * axes[:, 2], 0.32 * self._unit, head), None, colour, seen),
+                Update(
+                    _placed(axes, start + (length - head) * axes[:, 2], 0.32 * self._unit, head), None, colour, seen
+                ),
             ]
         return updates
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 import threading
 import time as clock
 import webbrowser
@@ -17,7 +18,7 @@ from softhand.observation import Observation
 from softhand.recording import Recording
 from softhand.sensing import Sensor
 from softhand.simulation import Simulation
-from softhand.viewer.moment import Moment, observed_moment
+from softhand.viewer.moment import observed_moment
 from softhand.viewer.scene import RecordedScene, Scene, live_scene
 from softhand.viewer.server import DEFAULT_PORT, LOOPBACK, PageServer
 from softhand.viewer.stream import describe, encode
@@ -35,6 +36,12 @@ class Page:
     """
 
     _server: PageServer
+    _scene: Scene
+
+    @property
+    def unread(self) -> list[str]:
+        """Meshes of the URDFs that cannot be read and are left out."""
+        return self._scene.unread
 
     @property
     def address(self) -> str:
@@ -54,7 +61,7 @@ class Page:
         Returns:
             Whether a browser showed it.
         """
-        return webbrowser.open(self.address) and self._server.opened.wait(_OPENING)
+        return _has_screen() and webbrowser.open(self.address) and self._server.opened.wait(_OPENING)
 
     def close(self, message: str = "The run has ended.") -> None:
         """End the page's stream; the last picture stays in the browser, with the message."""
@@ -85,7 +92,7 @@ class Viewer(Page):
     Args:
         simulation: what runs.
         host: interface to listen on; by default this machine alone can see the page.
-        port: the first to try.
+        port: the first to try; busy ones are passed over.
 
     Raises:
         SofthandError: it cannot listen there.
@@ -152,9 +159,6 @@ class Replay(Page):
         host: interface to listen on; by default this machine alone can see the page.
         port: the first to try.
 
-    Attributes:
-        unread: meshes that could not be read and are left out.
-
     Raises:
         RecordingError: the recording lacks what a picture needs.
         SofthandError: it cannot listen there, or the speed is not above 0.
@@ -169,14 +173,13 @@ class Replay(Page):
         port: int = DEFAULT_PORT,
     ) -> None:
         self._speed, self._once = _checked_speed(speed), once
-        self._scene = RecordedScene(recording)
-        self.unread = self._scene.unread
-        self._times = self._scene.times
+        scene = self._recorded = RecordedScene(recording)
+        self._scene, self._times = scene, scene.times
         self._lock = threading.Lock()
         self._playing, self._position, self._since = True, 0.0, clock.perf_counter()
         self._drawn = (-1, b"")
         end = "" if recording.complete else f"incomplete: {recording.reason}"
-        description = describe(self._scene, self._scene.bounds, end, float(self._times[-1]))
+        description = describe(scene, scene.bounds, end, float(self._times[-1]))
         self._server = PageServer(description, self._render, self._obey, host, port)
 
     @property
@@ -226,7 +229,7 @@ class Replay(Page):
     def _render(self) -> tuple[int, bytes]:
         k = int(np.searchsorted(self._times, self.time + 1e-9, side="right")) - 1
         if self._drawn[0] != k:
-            self._drawn = k, encode(self._scene, float(self._times[k]), self._scene.frame(k))
+            self._drawn = k, encode(self._scene, float(self._times[k]), self._recorded.frame(k))
         return self._drawn
 
 
@@ -237,8 +240,10 @@ def view(
     host: str = LOOPBACK,
     port: int = DEFAULT_PORT,
 ) -> Replay:
-    """Replay a recording on a page, in the background: `.address` tells where, `.open()` shows it in the browser, the
-    last line of a notebook's cell shows it there, `.close()` ends it.
+    """Replay a recording on a page, in the background.
+
+    `.address` tells where, `.open()` shows it in the browser, `.close()` ends it. As the last line of a notebook's cell
+    it shows itself there.
 
     Args:
         recording: a recording, or its file.
@@ -254,6 +259,11 @@ def view(
     if not isinstance(recording, Recording):
         recording = Recording.load(recording)
     return Replay(recording, speed, once, host, port)
+
+
+def _has_screen() -> bool:
+    """Whether a browser would show a window; without one, Python may start a browser for the terminal."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _checked_speed(speed: float) -> float:

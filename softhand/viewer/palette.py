@@ -1,5 +1,8 @@
-"""Colours of the picture. The ramp goes from bluish green over yellow to vermillion, which the colour-blind tell apart
-[Okabe, Ito]; above 1 it is dark."""
+"""Colours of the picture.
+
+The ramp goes from bluish green over yellow to vermillion, which the colour-blind tell apart [Okabe, Ito]; above 1 it is
+dark.
+"""
 
 from __future__ import annotations
 

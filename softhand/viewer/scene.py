@@ -8,9 +8,9 @@ A scene has items that stay and gives one `Update` an item for each moment. Noth
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
+from softhand.model.configuration import rotation_of
 from softhand.observation import contact_pairs
 from softhand.plant import Plant
 from softhand.recording import Recording
@@ -36,6 +37,8 @@ else:
     import tomli as tomllib
 
 Array = NDArray[np.float64]
+
+_HEADROOM = 1.5  # of a live scene, over the forces at its start
 
 
 class Bounds(NamedTuple):
@@ -138,6 +141,7 @@ class Scene:
     def extent(self, moments: Sequence[Moment]) -> Bounds:
         """A sphere around what is seen at these moments."""
         cloud = np.concatenate([points for moment in moments for points in self._places(moment)])
+        cloud = cloud[np.isfinite(cloud).all(axis=1)]
         centre = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
         radius = float(np.linalg.norm(cloud - centre, axis=1).max())
         return Bounds(centre, radius, _open_side(moments[0]))
@@ -165,17 +169,19 @@ class RecordedScene(Scene):
 
     def __init__(self, recording: Recording) -> None:
         check_viewable(recording)
-        cast, moments = _cast_of(recording), [recorded_moment(recording, k) for k in range(len(recording))]
-        super().__init__(cast, _scales(moments, 1.0, cast.radii))
+        cast = _cast_of(recording)
+        super().__init__(cast, _scales(recording.contact_force, recording.internal_force, cast.radii))
         self.times = recording.time
-        self._moments = moments
-        self._path = np.array([moment.contact_on_object for moment in moments])
-        self.bounds = self.extent(moments[:: max(len(moments) // 25, 1)])
+        self._recording = recording
+        self._path = _path_of(recording)
+        some = range(0, len(recording), max(len(recording) // 25, 1))
+        self.bounds = self.extent([recorded_moment(recording, k) for k in some])
 
     def frame(self, k: int) -> list[Update]:
         """Sample k: one update an item, in the order of `items`."""
         k = range(len(self.times))[k]
-        return self.draw(self._moments[k], self._path[: k + 1])
+        return self.draw(recorded_moment(self._recording, k), self._path[: k + 1])
+
 
 def live_scene(plant: Plant, first: Moment) -> Scene:
     """The scene of a plant that runs now; its first moment sets the scales.
@@ -192,7 +198,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         world.hand_urdf.parent,
         world.object_urdf.parent,
     )
-    return Scene(cast, _scales([first], 1.5, cast.radii))
+    return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
 
 
 def _cast_of(recording: Recording) -> Cast:
@@ -215,17 +221,22 @@ def _folder_of(recording: Recording, section: str) -> Path | None:
         return None
 
 
-def _scales(moments: Sequence[Moment], headroom: float, radii: Sequence[float]) -> Scales:
-    def largest(values: list[Array], least: float) -> float:
-        finite = [np.abs(value[np.isfinite(value)]).max(initial=0.0) for value in values]
-        return headroom * max(*finite, least)
+def _path_of(recording: Recording) -> Array:
+    """Contact points in the object frame over the run [m], shape (samples, nc, 3)."""
+    rotation = rotation_of(recording.object_rpy.T)  # shape (3, 3, samples)
+    reach = recording.contact_point - recording.object_position[:, None]
+    path: Array = np.einsum("kis,snk->sni", rotation, reach)
+    return path
 
-    force = largest([np.linalg.norm(moment.contact_force[:, :3], axis=1) for moment in moments], 1e-3)
-    return Scales(
-        force,
-        largest([moment.contact_force[:, 3] for moment in moments], 0.1 * force * max(radii)),
-        largest([moment.internal_force for moment in moments], 1e-3),
-    )
+
+def _scales(contact_force: Array, internal_force: Array, radii: Sequence[float]) -> Scales:
+    """The largest of each; a torsion far below what the tips bear is no reason for a long arc."""
+    force = _largest(np.linalg.norm(contact_force[..., :3], axis=-1), 1e-3)
+    return Scales(force, _largest(contact_force[..., 3], 0.1 * force * max(radii)), _largest(internal_force, 1e-3))
+
+
+def _largest(values: Array, least: float) -> float:
+    return float(np.abs(values[np.isfinite(values)]).max(initial=least))
 
 
 def _open_side(moment: Moment) -> float:
@@ -248,7 +259,7 @@ def _legend(scales: Scales) -> list[Entry]:
         ),
         Entry(f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g} N mm", (palette.TORSION,), "torsion"),
         Entry(f"Internal force, thickest {scales.internal_force:.2g} N", (palette.INTERNAL,), "internal"),
-        Entry("Contact disc, radius √(r² − R²)", (palette.DISC,), "tips"),
+        Entry("Contact disc, radius √(r² - R²)", (palette.DISC,), "tips"),
         Entry("Where the contact has been", (palette.TRAIL,), "trails"),
         Entry("Where the object is wanted", (palette.DESIRED,), "desired"),
     ]

@@ -12,7 +12,6 @@ import json
 import socket
 import threading
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from softhand.errors import SofthandError
+from softhand.viewer.bundle import bundle_folder
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
@@ -140,7 +140,7 @@ class _File(RequestHandler):
 class _Bundle(RequestHandler):
     def get(self) -> None:
         self.set_header("Content-Type", "text/javascript; charset=utf-8")
-        self.finish(bundle_file().read_bytes())
+        self.finish((bundle_folder() / "main.min.js").read_bytes())
 
 
 class _Description(RequestHandler):
@@ -191,14 +191,6 @@ class _Stream(WebSocketHandler):
             self.write_message(message, binary)
         except WebSocketClosedError:
             self._server._pages.discard(self)
-
-
-def bundle_file() -> Path:
-    """The 3-D library that meshcat brings: three.js in one file."""
-    spec = find_spec("meshcat")  # found, not imported: the package itself loads IPython and a message queue
-    if spec is None or not spec.submodule_search_locations:
-        raise SofthandError("The package 'meshcat' is not installed; the viewer's page needs it: pip install meshcat.")
-    return Path(spec.submodule_search_locations[0]) / "viewer" / "dist" / "main.min.js"
 
 
 def _listen(host: str, port: int) -> list[socket.socket]:

@@ -36,7 +36,8 @@ def moved(mesh: Mesh, pose: Array) -> Mesh:
 def box(size: ArrayLike) -> Mesh:
     """A box about the origin; its faces share no vertices, so that its edges stay sharp."""
     half = 0.5 * np.asarray(size, dtype=float)
-    vertices, faces = [], []
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
     for axis in range(3):
         for sign in (1.0, -1.0):
             u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -84,8 +85,10 @@ def lathe(profile: ArrayLike, segments: int = 32) -> Mesh:
 
 
 def grid_faces(rows: int, columns: int) -> Faces:
-    """Triangles of a grid of vertices, row by row, whose last column meets its first; rows in the direction of u,
-    columns in that of v, outside along v x u."""
+    """Triangles of a grid of vertices, row by row, whose last column meets its first.
+
+    The outside is along (from column to column) x (from row to row).
+    """
     a = np.arange(rows - 1)[:, None] * columns
     j, k = np.arange(columns), (np.arange(columns) + 1) % columns
     first = np.stack([a + j, a + k, a + columns + k], axis=-1).reshape(-1, 3)

@@ -29,9 +29,7 @@ class Skeleton:
         """Put the joints at these angles [rad or m], shape (n,)."""
         for joint in list(self.model.joints)[1:]:
             angle = angles[joint.idx_v]
-            self._q[joint.idx_q : joint.idx_q + joint.nq] = (
-                (np.cos(angle), np.sin(angle)) if joint.nq == 2 else angle
-            )
+            self._q[joint.idx_q : joint.idx_q + joint.nq] = (np.cos(angle), np.sin(angle)) if joint.nq == 2 else angle
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     def frame(self, name: str) -> Array:

@@ -39,9 +39,7 @@ def read_visuals(text: str, folder: Path | None) -> tuple[list[Visual], list[str
     """
     root = ElementTree.fromstring(text)
     colours = {
-        material.get("name"): _rgb(material)
-        for material in root.iter("material")
-        if material.find("color") is not None
+        material.get("name"): _rgb(material) for material in root.iter("material") if material.find("color") is not None
     }
     visuals, unread = [], []
     for link in root.findall("link"):
