@@ -79,9 +79,9 @@ class Forces(Part):
             axes = axes_along(force) if seen else np.eye(3)
             head = min(0.9 * self._unit, 0.5 * length)
             updates += [
-                Update(_placed(axes, start, 0.13 * self._unit, length - head), None, colour, seen),
+                Update(_placed(axes, start, 0.1 * self._unit, length - head), None, colour, seen),
                 Update(
-                    _placed(axes, start + (length - head) * axes[:, 2], 0.32 * self._unit, head), None, colour, seen
+                    _placed(axes, start + (length - head) * axes[:, 2], 0.29 * self._unit, head), None, colour, seen
                 ),
             ]
         return updates
@@ -150,7 +150,7 @@ class InternalForces(Part):
         updates = []
         for (i, j), force in zip(self._pairs, moment.internal_force, strict=True):
             start, reach = moment.contact_point[i], moment.contact_point[j] - moment.contact_point[i]
-            thickness = 0.16 * self._unit * min(abs(force) / self._largest, 2.0)
+            thickness = 0.09 * self._unit * min(abs(force) / self._largest, 2.0)
             length = float(np.linalg.norm(reach))
             updates.append(Update(_placed(axes_along(reach), start, thickness, length), visible=thickness > 0.0))
         return updates

@@ -111,6 +111,7 @@ class Scene:
         skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
+        body = body or read_visuals(cast.object_urdf, cast.object_folder, "collision")[0]
         self.unread += unread
         tips = list(cast.tips)
         colours = [next((v.colour for v in looks if v.link == tip and v.colour), palette.TIP) for tip in tips]

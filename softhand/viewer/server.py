@@ -27,6 +27,7 @@ from softhand.viewer.bundle import bundle_folder
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
 _TRIES = 100
+_LAST = 3.0  # [s] that pages have to draw the last frame; one in a hidden tab never does
 _TICK = 15  # [ms] between two looks for a new frame
 _PAGE = Path(__file__).parent / "page"
 _FILES = {"live.html": "text/html", "live.css": "text/css", "stage.js": "text/javascript", "live.js": "text/javascript"}
@@ -81,7 +82,7 @@ class PageServer:
         """Send the last frame and a message to the pages, and stop listening."""
         if not self._ended:
             self._ended = True
-            asyncio.run_coroutine_threadsafe(self._finish(message), self._loop).result(5.0)
+            asyncio.run_coroutine_threadsafe(self._finish(message), self._loop).result(2.0 * _LAST)
             self._loop.call_soon_threadsafe(self._loop.stop)
             self._thread.join(5.0)
 
@@ -116,11 +117,12 @@ class PageServer:
                 page.offer(*newest)
 
     async def _finish(self, message: str) -> None:
-        for _ in range(20):
+        end = self._loop.time() + _LAST
+        while self._loop.time() < end:
             self._send()
             if all(page.waits for page in self._pages):
                 break
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.02)
         for page in list(self._pages):
             page.say(message)
             page.close()

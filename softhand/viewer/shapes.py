@@ -122,6 +122,6 @@ def arrow() -> tuple[Mesh, Mesh]:
     return shaft, head
 
 
-def disc(thickness: float = 0.02) -> Mesh:
-    """A thin disc of radius one about z."""
-    return lathe([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, thickness], [1.0, thickness], [0.0, thickness]], 48)
+def disc() -> Mesh:
+    """A flat disc of radius one about z, to be seen from both sides."""
+    return lathe([[1.0, 0.0], [0.0, 0.0]], 48)

@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.viewer.shapes import Faces, Mesh, grid_faces
+from softhand.viewer.shapes import Faces, grid_faces
 
 Array = NDArray[np.float64]
 
 _SPOKES = 48
 _DISC_RINGS = 6
 _SIDE_RINGS = 14
+_BONDED = 0.35  # [rad] above the flat face, where the rim holds the material back
 _FINE = 33  # vertices along a line of the net
 _MERIDIANS, _PARALLELS = 12, (0.35, 0.7, 1.05)  # [rad] above the flat face
 
@@ -131,10 +132,12 @@ def deformed(indentation: Indentation, sphere: Array) -> Array:
         Their places in F [m], shape (n, 3).
     """
     r, R = indentation.radius, indentation.distance
-    follow = _follow(indentation, sphere)
-    bulge = 4.0 * follow * (1.0 - follow) * _bulge_height(indentation)
+    near = _nearness(indentation, sphere)
+    bulge = 4.0 * near * (1.0 - near) * _bulge_height(indentation)
+    follow = near * np.minimum(_elevation(sphere) / _BONDED, 1.0)  # the rim holds even where the disc reaches it
     weight = follow**2 * (3.0 - 2.0 * follow)  # level at both ends, so that no crease is seen
     points = (r + bulge)[:, None] * _turned(contact_turn(indentation), weight, sphere)
+    points[:, 0] = np.maximum(points[:, 0], 0.0)
     normal = contact_axes(*indentation.angles)[:, 2]
     height = points @ normal
     beyond = height > R
@@ -153,12 +156,17 @@ def _material_axes(indentation: Indentation) -> Array:
     return contact_axes(Theta + dtheta, Phi + dphi)
 
 
-def _follow(indentation: Indentation, sphere: Array) -> Array:
-    """How far each point follows the contact: 1 in the contact disc, 0 at the rim."""
+def _elevation(sphere: Array) -> Array:
+    """Angle of points above the flat face [rad]."""
+    return np.arcsin(np.clip(sphere[:, 0], 0.0, 1.0))
+
+
+def _nearness(indentation: Indentation, sphere: Array) -> Array:
+    """How near each point is to the contact: 1 in the contact disc, 0 at the rim."""
     centre = _material_axes(indentation)[:, 2]
     to_disc = np.arccos(np.clip(sphere @ centre, -1.0, 1.0)) - _disc_angle(indentation)
-    to_rim = np.arcsin(np.clip(sphere[:, 0], 0.0, 1.0))
-    return np.where(to_rim > 1e-9, to_rim / (to_rim + np.maximum(to_disc, 0.0) + 1e-12), 0.0)
+    to_rim = _elevation(sphere)
+    return to_rim / (to_rim + np.maximum(to_disc, 0.0) + 1e-12)
 
 
 def _bulge_height(indentation: Indentation) -> float:
@@ -166,10 +174,10 @@ def _bulge_height(indentation: Indentation) -> float:
     r, dr = indentation.radius, indentation.radius - indentation.distance
     if dr <= 0.0:
         return 0.0
-    follow = _follow(indentation, _EVEN)
+    near = _nearness(indentation, _EVEN)
     area = 2.0 * np.pi * r * r / len(_EVEN)
     cap = np.pi * dr * dr * (3.0 * r - dr) / 3.0
-    return float(cap / max(area * np.sum(4.0 * follow * (1.0 - follow)), 0.5 * r * r))
+    return float(cap / max(area * np.sum(4.0 * near * (1.0 - near)), 0.5 * r * r))
 
 
 def _even_points(count: int = 400) -> Array:
@@ -193,8 +201,3 @@ def _turned(turn: Array, share: Array, vectors: Array) -> Array:
     axis = twice / (2.0 * sine)
     along = (vectors @ axis)[:, None] * axis
     return along + np.cos(angle)[:, None] * (vectors - along) + np.sin(angle)[:, None] * np.cross(axis, vectors)
-
-
-def tip_mesh(indentation: Indentation) -> Mesh:
-    """Surface and triangles together."""
-    return Mesh(tip_surface(indentation), tip_faces())

@@ -30,12 +30,13 @@ class Visual(NamedTuple):
     """Edges of a box [m]; None for other shapes."""
 
 
-def read_visuals(text: str, folder: Path | None) -> tuple[list[Visual], list[str]]:
+def read_visuals(text: str, folder: Path | None, kind: str = "visual") -> tuple[list[Visual], list[str]]:
     """The visual shapes of all links, and the meshes that cannot be read.
 
     Args:
         text: a URDF that has been loaded before.
         folder: where it came from, for the paths of meshes.
+        kind: "visual", or "collision" for these shapes instead.
     """
     root = ElementTree.fromstring(text)
     colours = {
@@ -43,7 +44,7 @@ def read_visuals(text: str, folder: Path | None) -> tuple[list[Visual], list[str
     }
     visuals, unread = [], []
     for link in root.findall("link"):
-        for visual in link.findall("visual"):
+        for visual in link.findall(kind):
             geometry = visual.find("geometry")
             shape = geometry[0] if geometry is not None and len(geometry) else None
             if shape is None:
