@@ -9,6 +9,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -381,7 +382,7 @@ def test_a_replay_begins_again(recording):
     with view(recording, speed=100.0, port=PORT) as replay:
         replay.play()
         seen = []
-        wait_until(lambda: seen.append(replay.time) or any(b < a for a, b in zip(seen, seen[1:], strict=False)))
+        wait_until(lambda: seen.append(replay.time) or any(b < a for a, b in pairwise(seen)))
         assert max(seen) == 0.5
         assert not replay.ended
 
@@ -466,7 +467,7 @@ def test_each_layer_has_a_switch_that_works(browser, replay, scene):
     page = browser.page(900, 700)
     page.open(replay.address)
     picture(page, replay, 0.5)
-    page.evaluate("stage.setLayer('forces', false)")  # an arrow hides the trail below it from here
+    page.evaluate("softhand.stage.setLayer('forces', false)")  # an arrow hides the trail below it from here
     before = page.evaluate("document.getElementById('stage').toDataURL()")
     keys = page.evaluate("[...document.querySelectorAll('[data-layer]')].map((box) => box.dataset.layer)")
     assert keys == list(scene.layers)

@@ -35,7 +35,7 @@ class Tips(Part):
             self.items += [
                 item(f"tips/{name}", Mesh(tip_surface(rest), tip_faces()), colour, soft=True),
                 item(f"tips/{name}_net", net, NET, soft=True, kind="lines", opacity=0.55),
-                item(f"tips/{name}_disc", disc(), DISC, opacity=0.9),
+                item(f"tips/{name}_disc", disc(), DISC),
             ]
 
     def update(self, moment: Moment) -> list[Update]:

@@ -253,12 +253,17 @@ def _legend(scales: Scales) -> list[Entry]:
     """What the colours mean, and how large the largest of each kind is."""
     return [
         Entry(
-            f"Force on the object, longest {scales.force:.2g} N; colour: friction use |f_t| / (μ f_z)",
-            (*palette.RAMP, palette.SLIPPING),
+            f"Force on the object, longest {scales.force:.2g}\u00a0N; colour: friction use |f_t| / (μ f_z)",
+            palette.RAMP,
             "forces",
-            ("0", "1 and above"),
+            ("0", "1"),
         ),
-        Entry(f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g} N mm", (palette.TORSION,), "torsion"),
+        Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces"),
+        Entry(
+            f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g}\u00a0N\u00a0mm",
+            (palette.TORSION,),
+            "torsion",
+        ),
         Entry(f"Internal force, thickest {scales.internal_force:.2g} N", (palette.INTERNAL,), "internal"),
         Entry("Contact disc, radius √(r² - R²)", (palette.DISC,), "tips"),
         Entry("Where the contact has been", (palette.TRAIL,), "trails"),

@@ -82,6 +82,7 @@ class Player {
 
   set(command) {
     this.playing = command.playing;
+    if (command.time !== undefined) part("wind").value = command.time;
     this.send(JSON.stringify(command));
     this.label();
   }
@@ -100,10 +101,7 @@ async function start() {
   const film = await (await fetch("scene.json")).json();
   document.body.classList.toggle("replay", film.duration !== null);
   const stage = new Stage(part("stage"), film);
-  Orbit.VIEWS["3-D"][0] = film.bounds.azimuth;
-  stage.orbit.view("3-D");
   stage.orbit.changed = () => stage.draw();
-  window.stage = stage; // for scripts that make pictures
   const canvas = part("stage"), fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight);
   window.addEventListener("resize", fit);
   fit();
@@ -113,6 +111,7 @@ async function start() {
   const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/stream`);
   socket.binaryType = "arraybuffer";
   const player = film.duration === null ? null : new Player(film.duration, (text) => socket.send(text));
+  window.softhand = { stage, wind: (time) => player.set({ playing: false, time }) }; // for scripts that make pictures
   socket.onopen = () => socket.send("next");
   socket.onclose = () => (part("message").textContent ||= "The viewer has ended.");
   socket.onmessage = (message) => {
