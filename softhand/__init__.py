@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from softhand.assembly import build, simulate
     from softhand.controllers.controller import Controller
     from softhand.errors import (
+        BrowserError,
         ControllerError,
         GraspError,
         LawError,
@@ -35,13 +36,16 @@ if TYPE_CHECKING:
     from softhand.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.version import __version__
+    from softhand.viewer.film import write_film
     from softhand.viewer.live import Viewer, view
+    from softhand.viewer.report import write_report
 
 _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly": ("build", "simulate"),
     "controllers.controller": ("Controller",),
     "errors": (
+        "BrowserError",
         "ControllerError",
         "GraspError",
         "LawError",
@@ -60,6 +64,8 @@ _HOMES = {
     "simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
+    "viewer.film": ("write_film",),
+    "viewer.report": ("write_report",),
     "viewer.live": ("Viewer", "view"),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}

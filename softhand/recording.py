@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from importlib import import_module
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -93,6 +94,7 @@ VARIABLES: dict[str, Variable] = {
 }
 
 _TITLE = "softhand: recording of a run"
+_REPORT = "softhand.viewer.report"  # by name, since it lies far above
 _RESERVED = (
     "title", "softhand_version", "scenario", "complete", "reason", "stop_time", "hand_urdf", "object_urdf",
 )  # fmt: skip
@@ -179,6 +181,18 @@ class Recording:
             RecordingError: the file cannot be written.
         """
         write_whole(Path(path), lambda: _to_csv(self))
+
+    def to_html(self, path: str | os.PathLike[str], *others: Recording) -> None:
+        """Write a report, one HTML file with film, curves and numbers that works offline; see `softhand.write_report`.
+
+        Args:
+            path: file to write; an older one is replaced.
+            others: runs to be shown beside this one, with the same clock.
+
+        Raises:
+            RecordingError: a recording lacks what the report shows, or the file cannot be written.
+        """
+        import_module(_REPORT).write_report(path, self, *others)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Recording:

@@ -37,7 +37,6 @@ _FLAGS = (
     "--no-first-run",
     "--no-default-browser-check",
     "--disable-background-networking",
-    "--disable-breakpad",
     "--disable-component-update",
     "--disable-default-apps",
     "--disable-extensions",

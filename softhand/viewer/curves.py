@@ -62,7 +62,13 @@ def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str,
     samples, names = samples_of(recording), finger_names(recording)
 
     def curve(values: Array, color: str, label: str, desired: bool = False) -> Data:
-        return {"run": run, "values": store.add(values[samples], "f4"), "color": color, "label": label, "desired": desired}
+        return {
+            "run": run,
+            "values": store.add(values[samples], "f4"),
+            "color": color,
+            "label": label,
+            "desired": desired,
+        }
 
     def fingers(values: Array) -> list[Data]:
         return [curve(column, _color(k), names[k]) for k, column in enumerate(values.T)]

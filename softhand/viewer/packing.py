@@ -102,7 +102,9 @@ def _pack_item(store: Store, item: Item, updates: Sequence[Update]) -> Data:
         rows = np.array([(np.eye(4) if pose is None else pose)[:3] for pose in poses])
         packed["poses"] = store.add(rows[:1] if np.all(rows == rows[0]) else rows, "f4")
     if item.soft:
-        packed |= _pack_shapes(store, [item.vertices if update.vertices is None else update.vertices for update in updates])
+        packed |= _pack_shapes(
+            store, [item.vertices if update.vertices is None else update.vertices for update in updates]
+        )
     if any(update.colour is not None for update in updates):
         colours = np.array([item.colour if update.colour is None else update.colour for update in updates])
         packed["colors"] = store.add(np.rint(255.0 * colours), "u1")

@@ -15,6 +15,7 @@ from softhand.errors import RecordingError
 from softhand.plots import FINGERS, scenario_of, settings_line
 from softhand.recording import Recording
 from softhand.version import __version__
+from softhand.viewer.bundle import bundle_folder
 from softhand.viewer.curves import blocks_of, finger_names, samples_of
 from softhand.viewer.packing import Store, pack_film
 from softhand.whole_file import write_whole
@@ -26,9 +27,7 @@ MOST_RUNS = 4  # kinds of lines that an eye can tell apart
 Progress = Callable[[float], None]
 
 
-def write_report(
-    path: str | os.PathLike[str], *recordings: Recording, progress: Progress = lambda done: None
-) -> None:
+def write_report(path: str | os.PathLike[str], *recordings: Recording, progress: Progress = lambda done: None) -> None:
     """Write the report of one run, or of several with one clock, whole or not at all.
 
     Args:
@@ -70,7 +69,14 @@ def report_page(
     runs = []
     for k, recording in enumerate(recordings):
         film = pack_film(store, recording, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
-        runs.append({"label": "ABCD"[k], "film": film, **_text_of(recording), "times": store.add(recording.time[samples_of(recording)], "f4")})
+        runs.append(
+            {
+                "label": "ABCD"[k],
+                "film": film,
+                **_text_of(recording),
+                "times": store.add(recording.time[samples_of(recording)], "f4"),
+            }
+        )
     most_fingers = max((finger_names(recording) for recording in recordings), key=len)
     data = {
         "version": __version__,
@@ -102,7 +108,7 @@ def _text_of(recording: Recording) -> dict[str, Any]:
 
 def _fill(data: dict[str, Any]) -> str:
     """The page with everything put into it."""
-    folder, three = files("softhand.viewer") / "page", files("meshcat.viewer") / "dist"
+    folder, three = files("softhand.viewer") / "page", bundle_folder()
     parts = {name: (folder / name).read_text("utf-8") for name in ("report.css", "stage.js", "chart.js", "report.js")}
     parts["three"] = (three / "main.min.js").read_text("utf-8")
     parts["licences"] = _as_data(json.loads((three / "main.min.js.THIRD_PARTY_LICENSES.json").read_text("utf-8")))

@@ -70,7 +70,7 @@ class Chart {
     this.width = width - MARGIN.left - MARGIN.right;
     this.canvas.width = width * sharp;
     this.canvas.height = height * sharp;
-    const pen = this.canvas.getContext("2d");
+    const pen = this.canvas.getContext("2d", { willReadFrequently: true });
     pen.scale(sharp, sharp);
     const inner = height - MARGIN.top - MARGIN.bottom, [low, high] = this.range();
     const x = (time) => MARGIN.left + (time / this.end) * this.width;
@@ -86,7 +86,8 @@ class Chart {
     };
     pen.font = "10px system-ui, sans-serif";
     pen.fillStyle = "#52606d";
-    const across = ticks(low, high, inner > 60 ? 4 : 3), along = ticks(0, this.end, 4);
+    const wanted = inner > 60 ? 4 : 3, few = ticks(low, high, wanted);
+    const across = few.found.length > 1 ? few : ticks(low, high, wanted + 2), along = ticks(0, this.end, 4);
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (const value of across.found) {

@@ -82,13 +82,15 @@ function tie(stages) {
       stage.draw();
       for (const other of stages) {
         if (other === stage) continue;
-        const { azimuth, elevation, distance } = stage.orbit, { changed } = other.orbit;
-        Object.assign(other.orbit, { azimuth, elevation, distance, changed: () => other.draw() });
+        const { azimuth, elevation, distance } = stage.orbit;
+        Object.assign(other.orbit, { azimuth, elevation, distance });
         other.orbit.place();
-        other.orbit.changed = changed;
+        other.draw();
       }
     };
-    new ResizeObserver(() => stage.resize(stage.element.clientWidth, stage.element.clientHeight)).observe(stage.element);
+    const fit = () => stage.resize(stage.element.clientWidth, stage.element.clientHeight);
+    fit();
+    new ResizeObserver(fit).observe(stage.element);
   }
 }
 
@@ -99,12 +101,14 @@ function showLayers(stages) {
     const label = make("label", "", "", find(".layers")), box = make("input");
     box.type = "checkbox";
     box.checked = layer.shown;
+    const explain = () =>
+      document.querySelectorAll(`.legend [data-layer="${layer.key}"]`).forEach((entry) => (entry.hidden = !box.checked));
     box.onchange = () => {
       stages.forEach((stage) => stage.setLayer(layer.key, box.checked));
-      document.querySelectorAll(`.legend [data-layer="${layer.key}"]`).forEach((entry) => (entry.hidden = !box.checked));
+      explain();
     };
     label.append(box, layer.title);
-    box.onchange();
+    explain();
   }
 }
 
@@ -231,9 +235,12 @@ function listen() {
   });
 }
 
+/** Go to the time in the address, `#t=1.2`; returns whether there is one. */
 function fromAddress() {
   const asked = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (asked !== null && Number.isFinite(Number(asked))) clock.set(Number(asked));
+  const found = asked !== null && Number.isFinite(Number(asked));
+  if (found) clock.set(Number(asked));
+  return found;
 }
 
 async function start() {
@@ -242,13 +249,12 @@ async function start() {
   showHeads();
   await inflate(data.arrays);
   clock.stages = data.runs.map(showFilm).filter(Boolean);
-  tie(clock.stages);
   showLayers(clock.stages);
   showFacts();
   clock.charts = showPlots((time) => clock.seek(time));
+  tie(clock.stages);
   listen();
-  clock.set(0);
-  fromAddress();
+  if (!fromAddress()) clock.set(0);
 }
 
 /** For other programs: wait for `ready`, then set the time or read it. */

@@ -50,8 +50,8 @@ class Body {
     if (item.kind === "lines") {
       this.object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
     } else {
-      Object.assign(look, { roughness: 0.62, metalness: 0.0, side: THREE.DoubleSide });
-      this.object = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(look));
+      Object.assign(look, { shininess: 18, specular: new THREE.Color(0.06, 0.06, 0.06), side: THREE.DoubleSide });
+      this.object = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
       geometry.computeVertexNormals();
     }
     this.object.frustumCulled = false;
@@ -109,7 +109,13 @@ class Orbit {
     if (name === "3-D" && this.bounds.azimuth !== undefined) this.azimuth = this.bounds.azimuth;
     this.target = new THREE.Vector3(...this.bounds.center);
     this.distance = 1;
+    this.move();
+  }
+
+  /** Follow what a hand has changed. */
+  move() {
     this.place();
+    this.changed();
   }
 
   place() {
@@ -123,7 +129,6 @@ class Orbit {
     );
     this.camera.lookAt(this.target);
     this.camera.updateProjectionMatrix();
-    this.changed();
   }
 
   listen(canvas) {
@@ -141,14 +146,14 @@ class Orbit {
         this.azimuth -= 0.008 * across;
         this.elevation = Math.max(-1.56, Math.min(1.56, this.elevation + 0.008 * down));
       }
-      this.place();
+      this.move();
     });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", () => this.view("3-D"));
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.distance = Math.max(0.05, Math.min(12, this.distance * Math.exp(0.0012 * event.deltaY)));
-      this.place();
+      this.move();
     }, { passive: false });
   }
 
@@ -200,6 +205,8 @@ class Stage {
   }
 
   resize(width, height) {
+    if (!width || !height || (this.size && this.size[0] === width && this.size[1] === height)) return;
+    this.size = [width, height];
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height, false);
     this.orbit.camera.aspect = width / height;
@@ -208,6 +215,7 @@ class Stage {
   }
 
   draw() {
+    if (!this.size) return;
     for (const body of this.bodies) body.object.visible = body.shown && this.layers[body.layer];
     this.renderer.render(this.scene, this.orbit.camera);
   }
