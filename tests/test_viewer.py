@@ -173,6 +173,15 @@ def test_any_hand_is_drawn_from_its_recording(make_task, name):
         np.testing.assert_allclose(updates[f"tips/{tip}"].pose[:3, 3], recording.tip_position[-1, i], atol=1e-12)
 
 
+def test_a_tip_may_be_any_frame(scene):
+    """Named by the fixed joint that carries its link: the link's rigid shape stays away, its colour is used."""
+    mounts = [f"finger_{k}_tip_mount" for k in (1, 2, 3)]
+    other = RecordedScene(simulate(load_scenario("target-a", {"duration": 0.01, "hand.tips": mounts})))
+    assert len(other.items) == len(scene.items)
+    colours = {item.colour for item in other.items if item.name.endswith("tip_mount") and item.layer == "tips"}
+    assert colours == {item.colour for item in scene.items if item.name == "tips/finger_1_tip"}
+
+
 MESH_URDF = """<robot name="m"><link name="a">
   <visual><geometry><mesh filename="{file}" scale="2 2 2"/></geometry></visual>
   <visual><geometry><mesh filename="package://none/there.stl"/></geometry></visual>

@@ -22,7 +22,7 @@ class Hand(Part):
         self._skeleton = skeleton
         self.items: list[Item] = []
         self._frames: list[str | int] = []
-        shown = [visual for visual in visuals if visual.link not in tips]
+        shown = [visual for visual in visuals if not any(skeleton.coincide(visual.link, tip) for tip in tips)]
         for k, visual in enumerate(shown):
             fixed = skeleton.carrier(visual.link) == 0
             layer, colour = ("base", PALM) if fixed else ("links", LINK)
@@ -49,8 +49,7 @@ class Hand(Part):
                 self._frames.append(joint)
 
     def update(self, moment: Moment) -> list[Update]:
-        """The poses of all links."""
-        self._skeleton.move(moment.joint_position)
+        """The poses of all links; the skeleton has been moved to the moment."""
         return [
             Update(self._skeleton.joint(frame) if isinstance(frame, int) else self._skeleton.frame(frame))
             for frame in self._frames

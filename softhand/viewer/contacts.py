@@ -39,7 +39,7 @@ class Tips(Part):
             ]
 
     def update(self, moment: Moment) -> list[Update]:
-        """Shapes and places; expects the skeleton at the joint angles of the moment."""
+        """Shapes and places; the skeleton has been moved to the moment."""
         updates = []
         distance = moment.distance
         for i, (name, radius) in enumerate(zip(self._names, self._radii, strict=True)):

@@ -108,13 +108,15 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         unit = max(cast.radii)
-        skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
+        skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
         body = body or read_visuals(cast.object_urdf, cast.object_folder, "collision")[0]
         self.unread += unread
         tips = list(cast.tips)
-        colours = [next((v.colour for v in looks if v.link == tip and v.colour), palette.TIP) for tip in tips]
+        colours = [
+            next((v.colour for v in looks if v.colour and skeleton.coincide(v.link, tip)), palette.TIP) for tip in tips
+        ]
         self._trails = Trails(tips, unit)
         self._parts: list[Part] = [
             Hand(skeleton, looks, tips, unit),
@@ -136,6 +138,7 @@ class Scene:
             moment: what to show.
             path: contact points so far in the object frame [m], shape (samples, nc, 3).
         """
+        self._skeleton.move(moment.joint_position)
         self._trails.path = path
         return [update for part in self._parts for update in part.update(moment)]
 

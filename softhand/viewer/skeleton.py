@@ -33,9 +33,14 @@ class Skeleton:
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     def frame(self, name: str) -> Array:
-        """Pose of a link in the world, shape (4, 4)."""
-        pose: Array = self._data.oMf[self.model.getFrameId(name, pin.FrameType.BODY)].homogeneous
+        """Pose of a link or another frame in the world, shape (4, 4)."""
+        pose: Array = self._data.oMf[self._index(name)].homogeneous
         return pose
+
+    def coincide(self, one: str, other: str) -> bool:
+        """Whether two frames are the same place of the same body."""
+        a, b = (self.model.frames[self._index(name)] for name in (one, other))
+        return bool(a.parentJoint == b.parentJoint and a.placement.isApprox(b.placement))
 
     def joint(self, index: int) -> Array:
         """Pose of a joint in the world, shape (4, 4)."""
@@ -44,7 +49,12 @@ class Skeleton:
 
     def carrier(self, link: str) -> int:
         """Index of the joint that moves a link; 0 for the base."""
-        return int(self.model.frames[self.model.getFrameId(link, pin.FrameType.BODY)].parentJoint)
+        return int(self.model.frames[self._index(link)].parentJoint)
+
+    def _index(self, name: str) -> int:
+        """Of a frame; that of the link where a joint has the same name."""
+        model, link = self.model, pin.FrameType.BODY
+        return int(model.getFrameId(name, link) if model.existFrame(name, link) else model.getFrameId(name))
 
     def axis(self, index: int) -> Array:
         """Axis of a joint in its own frame, shape (3,)."""
@@ -61,6 +71,6 @@ class Skeleton:
         model = self.model
         ends = [(model.parents[k], model.jointPlacements[k].translation.copy()) for k in range(1, model.njoints)]
         for tip in tips:
-            frame = model.frames[model.getFrameId(tip)]
+            frame = model.frames[self._index(tip)]
             ends.append((frame.parentJoint, frame.placement.translation.copy()))
         return [(int(joint), end) for joint, end in ends if np.linalg.norm(end) > 1e-6]
