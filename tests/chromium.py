@@ -22,7 +22,9 @@ needs_chromium = pytest.mark.skipif(not _is_installed(), reason="Chromium is not
 
 def living(group: int | str) -> list[str]:
     """Processes of a group that are not dead."""
-    lines = subprocess.run(["ps", "-e", "-o", "pgid=", "-o", "stat="], capture_output=True, text=True, check=True).stdout
+    lines = subprocess.run(
+        ["ps", "-e", "-o", "pgid=", "-o", "stat="], capture_output=True, text=True, check=True
+    ).stdout
     return [line for line in lines.splitlines() if line.split()[0] == str(group) and "Z" not in line]
 
 

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -51,7 +52,9 @@ def test_slow_motion_takes_longer(run, tmp_path):
     told = []
     write_film(run, tmp_path / "run.gif", fps=4, size=SMALL, speed=0.25, progress=told.append)
     assert len(pictures(tmp_path / "run.gif")) == 9
-    assert told == sorted(told) and told[0] < 0.1 and told[-9:] == [pytest.approx(0.1 + 0.1 * (k + 1)) for k in range(9)]
+    assert (
+        told == sorted(told) and told[0] < 0.1 and told[-9:] == [pytest.approx(0.1 + 0.1 * (k + 1)) for k in range(9)]
+    )
 
 
 @needs_chromium
@@ -72,22 +75,27 @@ def test_an_mp4_has_the_size_and_length_asked_for(run, tmp_path):
 def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     """Ctrl-C in a film: exit code 130, no half file, no temporary folder, no process."""
     run.save(tmp_path / "run.nc")
-    (tmp_path / "t").mkdir()
+    folder = Path(tempfile.mkdtemp())  # short: the name of a socket of Chromium must fit below it
     process = subprocess.Popen(
-        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "0.001", "--fps", "20"],
-        cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path / "t")}, stderr=subprocess.PIPE, text=True,
+        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "0.02", "--fps", "10"],
+        cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
     )  # fmt: skip
-    assert wait_until(lambda: list((tmp_path / "t").glob("softhand-chromium-*/log")) or process.poll() is not None)
+
+    def children():
+        lines = subprocess.run(["ps", "-e", "-o", "ppid=", "-o", "pid="], capture_output=True, text=True, check=True)
+        return [pid for parent, pid in map(str.split, lines.stdout.splitlines()) if parent == str(process.pid)]
+
+    assert wait_until(children) and process.poll() is None
     time.sleep(2.0)
-    children = subprocess.run(["ps", "-e", "-o", "ppid=", "-o", "pid="], capture_output=True, text=True, check=True).stdout
-    groups = [pid for parent, pid in map(str.split, children.splitlines()) if parent == str(process.pid)]
-    assert groups and process.poll() is None
+    groups = children()
+    assert groups and len(living(groups[0])) > 2, process.communicate(timeout=60)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130 and "interrupted" in errors and "Traceback" not in errors
+    assert process.returncode == 130 and "Traceback" not in errors
     assert wait_until(lambda: not any(map(living, groups)))
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.nc", "t"] and not list((tmp_path / "t").iterdir())
+    assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]
+    folder.rmdir()
 
 
 @needs_chromium

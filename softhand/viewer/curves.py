@@ -87,7 +87,7 @@ def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str,
     for block, members in _BLOCKS.items():
         for name in members:
             unit, values, least = of_contacts[name]
-            panel = {"title": name.removeprefix("deformation "), "unit": unit, "least": least}
+            panel = {"title": name.removeprefix("deformation ").removesuffix(" moment"), "unit": unit, "least": least}
             if name == "friction use":
                 panel |= {"floor": 0.0, "top": FRICTION_TOP, "limit": 1.0}
                 panel["note"] = "above 1" if np.any(values > 1.0) else ""
