@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.viewer.moment import Moment
+from softhand.viewer.palette import Colour
 from softhand.viewer.shapes import Mesh
 
 Array = NDArray[np.float64]
-Colour = tuple[float, float, float]
 
 LAYERS: dict[str, str] = {
     "links": "Links",

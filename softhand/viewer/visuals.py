@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.viewer.palette import Colour
 from softhand.viewer.shapes import Mesh, box, capsule, cylinder, sphere
 
 Array = NDArray[np.float64]
-Colour = tuple[float, float, float]
 
 
 class Visual(NamedTuple):
