@@ -27,7 +27,7 @@ from softhand.viewer.bundle import bundle_folder
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
 _TRIES = 100
-_LAST = 3.0  # [s] that pages have to draw the last frame; one in a hidden tab never does
+_LAST = 3.0  # [s] that pages have to take the last frame
 _TICK = 15  # [ms] between two looks for a new frame
 _PAGE = Path(__file__).parent / "page"
 _FILES = {"live.html": "text/html", "live.css": "text/css", "stage.js": "text/javascript", "live.js": "text/javascript"}
@@ -117,15 +117,15 @@ class PageServer:
                 page.offer(*newest)
 
     async def _finish(self, message: str) -> None:
-        end = self._loop.time() + _LAST
-        while self._loop.time() < end:
-            self._send()
-            if all(page.waits for page in self._pages):
-                break
-            await asyncio.sleep(0.02)
+        newest = self._render() if self._pages else None
         for page in list(self._pages):
+            if newest is not None:
+                page.offer(*newest)
             page.say(message)
             page.close()
+        end = self._loop.time() + _LAST
+        while self._pages and self._loop.time() < end:  # each page answers when it has got all
+            await asyncio.sleep(0.01)
         self._http.stop()
         await self._http.close_all_connections()
 
