@@ -75,9 +75,11 @@ function showFilm(run) {
   }
 }
 
-/** Turning one film turns all. */
+/** All films are seen from the same side, and turning one turns all. */
 function tie(stages) {
   for (const stage of stages) {
+    stage.orbit.bounds.azimuth = stages[0].orbit.bounds.azimuth;
+    stage.orbit.view("3-D");
     stage.orbit.changed = () => {
       stage.draw();
       for (const other of stages) {
