@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softhand.controllers.controller import Controller
     from softhand.dampings.damping import Damping
     from softhand.errors import (
+        BrowserError,
         ControllerError,
         GraspError,
         LawError,
@@ -37,6 +38,9 @@ if TYPE_CHECKING:
     from softhand.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.version import __version__
+    from softhand.viewer.film import write_film
+    from softhand.viewer.live import Viewer, view
+    from softhand.viewer.report import write_report
 
 _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
@@ -45,6 +49,7 @@ _HOMES = {
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
     "errors": (
+        "BrowserError",
         "ControllerError",
         "GraspError",
         "LawError",
@@ -63,6 +68,9 @@ _HOMES = {
     "simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
+    "viewer.film": ("write_film",),
+    "viewer.report": ("write_report",),
+    "viewer.live": ("Viewer", "view"),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 

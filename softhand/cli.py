@@ -8,7 +8,16 @@ from __future__ import annotations
 import signal
 import sys
 
-from softhand.commands import compare, names, plot, reproduce, simulate  # noqa: F401  each adds its command
+from softhand.commands import (  # noqa: F401  each adds its command
+    compare,
+    film,
+    names,
+    plot,
+    report,
+    reproduce,
+    simulate,
+    view,
+)
 from softhand.commands.app import app
 from softhand.commands.console import error_console, escape
 from softhand.errors import SofthandError

@@ -43,3 +43,7 @@ class ControllerError(SimulationStopped):
 
 class RecordingError(SofthandError):
     """A recording cannot be read or written. Carries `.file`."""
+
+
+class BrowserError(SofthandError):
+    """Chromium is missing, does not start or does not answer, or a page in it failed."""

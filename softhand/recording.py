@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from importlib import import_module
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -93,7 +94,10 @@ VARIABLES: dict[str, Variable] = {
 }
 
 _TITLE = "softhand: recording of a run"
-_RESERVED = ("title", "softhand_version", "scenario", "complete", "reason", "stop_time")
+_REPORT = "softhand.viewer.report"  # by name, since it lies far above
+_RESERVED = (
+    "title", "softhand_version", "scenario", "complete", "reason", "stop_time", "hand_urdf", "object_urdf",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,6 +113,8 @@ class Recording:
         reason: why it ended early; "" when complete.
         stop_time: simulated time at which it ended, [s].
         attributes: further figures of the run, such as `steps_per_second`.
+        hand_urdf: text of the hand's URDF as it was loaded; "" in files of versions that did not keep it.
+        object_urdf: text of the object's URDF, likewise.
 
     Raises:
         RecordingError: an array is unknown or has another shape than its dims and labels give.
@@ -122,6 +128,8 @@ class Recording:
     reason: str
     stop_time: float
     attributes: dict[str, Attribute] = field(default_factory=dict)
+    hand_urdf: str = ""
+    object_urdf: str = ""
 
     def __post_init__(self) -> None:
         labels = {dim: tuple(names) for dim, names in self.labels.items()}
@@ -173,6 +181,18 @@ class Recording:
             RecordingError: the file cannot be written.
         """
         write_whole(Path(path), lambda: _to_csv(self))
+
+    def to_html(self, path: str | os.PathLike[str], *others: Recording) -> None:
+        """Write a report, one HTML file with film, curves and numbers that works offline; see `softhand.write_report`.
+
+        Args:
+            path: file to write; an older one is replaced.
+            others: runs to be shown beside this one, with the same clock.
+
+        Raises:
+            RecordingError: a recording lacks what the report shows, or the file cannot be written.
+        """
+        import_module(_REPORT).write_report(path, self, *others)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Recording:
@@ -260,6 +280,7 @@ def _to_netcdf(recording: Recording) -> bytes:
         file.attrs.update(title=_TITLE, softhand_version=recording.version, scenario=recording.scenario)
         file.attrs.update(complete=int(recording.complete), reason=recording.reason)
         file.attrs.update(stop_time=float(recording.stop_time), **recording.attributes)
+        file.attrs.update(hand_urdf=recording.hand_urdf, object_urdf=recording.object_urdf)
         file.dimensions = {"time": len(recording), **{dim: len(names) for dim, names in labels.items()}}
         for dim, names in labels.items():
             variable = file.create_variable(dim, (dim,), data=np.array(names, h5py.string_dtype()))
@@ -288,6 +309,8 @@ def _from_netcdf(path: Path) -> Recording:
                 complete=bool(fields["complete"]),
                 reason=fields["reason"],
                 stop_time=float(fields["stop_time"]),
+                hand_urdf=fields.get("hand_urdf", ""),
+                object_urdf=fields.get("object_urdf", ""),
                 attributes={
                     name: value for name, value in fields.items() if name not in _RESERVED and np.ndim(value) == 0
                 },

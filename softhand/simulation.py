@@ -26,6 +26,9 @@ from softhand.version import __version__
 Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
+Watch = Callable[[Observation], None]
+"""Called with what is seen at each sample."""
+
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 
 
@@ -118,11 +121,12 @@ class Simulation:
         self._k += 1
         self.time = round(self._k * self._period, 12)
 
-    def run(self, progress: Progress | None = None) -> Recording:
+    def run(self, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
         """Simulate from the start to the end.
 
         Args:
             progress: called every 20 control periods.
+            watch: called every control period with the observation, which is live; for viewers.
 
         Returns:
             All samples, one a control period, the last at the end of the run.
@@ -143,6 +147,8 @@ class Simulation:
                     began = clock.perf_counter()  # the first sample may compile the controller
                 if progress is not None and k % _REPORT_EVERY == 0:
                     progress(self.time)
+                if watch is not None:
+                    watch(self.observation)
                 if k < self._periods:
                     self.step()
         except SimulationStopped as stop:
@@ -266,6 +272,8 @@ class Simulation:
             reason=reason,
             stop_time=float(variables["time"][-1]) if len(recorder) else 0.0,
             attributes={"steps_per_second": steps / wall, "wall_time": wall, **self._notes(variables)},
+            hand_urdf=world.hand_text,
+            object_urdf=world.object_text,
         )
 
     def _notes(self, variables: dict[str, NDArray[Any]]) -> dict[str, str]:

@@ -35,7 +35,7 @@ def test_conservative_law_keeps_the_energy_with_growing_shear_stiffness() -> Non
 
 
 def test_midpoint_keeps_the_energy_to_second_order() -> None:
-    """The energy of the default stepper swings by an amount that falls with the square of the step and does not grow."""
+    """The energy of the default stepper swings by an amount that falls with the square of the step and does not grow"""
     coarse, fine = drifts(Conservative(radius=R), "midpoint", (2.5e-4, 1.25e-4), 1.0)
     (early,) = drifts(Conservative(radius=R), "midpoint", (1.25e-4,), 0.3)
     assert fine < 1.5e-4

@@ -273,7 +273,7 @@ def test_xarray_reads_labels_as_text(dataset: xr.Dataset) -> None:
 def test_xarray_reads_the_attributes(dataset: xr.Dataset) -> None:
     """The reserved attributes and the extra ones are all there."""
     assert set(dataset.attrs) == {
-        *("title", "softhand_version", "scenario", "complete", "reason", "stop_time"),
+        *("title", "softhand_version", "scenario", "complete", "reason", "stop_time", "hand_urdf", "object_urdf"),
         *("steps_per_second", "steps", "stepper"),
     }
 

@@ -24,7 +24,9 @@ def test_a_wheel_runs_from_another_folder(tmp_path):
         "from softhand.scenario_file import resolve_path\n"
         "print(softhand.__file__)\n"
         "print(resolve_path('package://softhand/urdf/box.urdf'))\n"
-        "print(softhand.simulate(softhand.load_scenario('target-b', {'duration': 0.01})).complete)\n"
+        "run = softhand.simulate(softhand.load_scenario('target-b', {'duration': 0.01}))\n"
+        "run.to_html('report.html')\n"
+        "print(run.complete)\n"
     )
     result = subprocess.run(
         [sys.executable, "-c", program], cwd=away, env={**os.environ, "PYTHONPATH": str(site)},

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -21,11 +23,14 @@ from softhand.commands.console import (
     say_compiling,
     write_text,
 )
+from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show_page
 from softhand.errors import SimulationStopped
 
 if TYPE_CHECKING:
+    from softhand.observation import Observation
     from softhand.recording import Recording
     from softhand.scenario import Scenario
+    from softhand.simulation import Simulation, Watch
 
 
 @app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
@@ -42,6 +47,11 @@ def simulate(
     controller: Annotated[str | None, typer.Option(help="Controller, with its own defaults.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
     plot: Annotated[bool, typer.Option(help="Draw figure.png.")] = True,
+    view: Annotated[bool, typer.Option("--view", help="Show the run in 3-D on a page, in real time.")] = False,
+    speed: Speed = 1.0,
+    host: Host = HOST,
+    port: Port = PORT,
+    open_page: OpenPage = True,
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
@@ -58,10 +68,36 @@ def simulate(
         chosen = chosen.with_values({"controller": {"name": controller}})
     if stepper is not None and stepper != chosen.stepper.name:
         chosen = chosen.with_values({"stepper": {"name": stepper, "step": chosen.stepper.step}})
-    _simulate(chosen, out or new_folder(Path(scenario).stem), plot, quiet)
+    window = _Window(speed, host, port, open_page, quiet) if view else None
+    _simulate(chosen, out or new_folder(Path(scenario).stem), plot, quiet, window)
 
 
-def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool) -> None:
+class _Window(NamedTuple):
+    """What the options of the viewer say."""
+
+    speed: float
+    host: str
+    port: int
+    open_page: bool
+    quiet: bool
+
+    @contextmanager
+    def watch(self, simulation: Simulation) -> Iterator[Watch]:
+        """A page, as a function that shows an observation on it and holds the run back to its speed."""
+        from softhand.viewer.live import Pace, Viewer
+
+        pace = Pace(self.speed)
+        with Viewer(simulation, self.host, self.port) as viewer:
+
+            def show(observation: Observation) -> None:
+                viewer.show(observation)
+                pace.wait(observation.time)
+
+            show_page(viewer, self.open_page, self.quiet)
+            yield show
+
+
+def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
     from softhand.assembly import build
 
@@ -69,8 +105,11 @@ def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool) -> None
     make_folder(folder)
     write_text(folder / "scenario.toml", simulation.scenario)
     try:
-        with progress("simulating", scenario.duration, quiet) as report:
-            recording = simulation.run(report)
+        with (
+            window.watch(simulation) if window else nullcontext() as watch,
+            progress("simulating", scenario.duration, quiet) as report,
+        ):
+            recording = simulation.run(report, watch)
     except SimulationStopped as stop:
         _save(stop.recording, folder, plot)  # type: ignore[attr-defined]
         stop.args = (f"{stop}\nWhat was computed until then is in {folder}/.",)

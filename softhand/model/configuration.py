@@ -123,7 +123,7 @@ def normalize(joints, q):
 
 
 def rotation_of(rpy: ArrayLike) -> NDArray[np.float64]:
-    """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3)."""
+    """R = R_z(yaw) R_y(pitch) R_x(roll) from (roll, pitch, yaw) [rad], shape (3, 3); (3, 3, n) from shape (3, n)."""
     (a, b, c), (i, j, k) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [

@@ -17,17 +17,17 @@ import pinocchio as pin
 from softhand.errors import ModelError
 
 
-def read_urdf(file: Path, floating: bool = False) -> pin.Model:
-    """A Pinocchio model of one URDF file.
+def parse_urdf(text: str, file: Path, floating: bool = False) -> pin.Model:
+    """A Pinocchio model of one URDF.
 
     Args:
-        file: the URDF.
+        text: the URDF.
+        file: where it comes from, for messages.
         floating: give the root a free-flyer joint.
 
     Raises:
-        ModelError: the file is missing, is no XML, no URDF, or has a moving link without a possible inertia.
+        ModelError: it is no XML, no URDF, or has a moving link without a possible inertia.
     """
-    text = _read_text(file)
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
@@ -44,7 +44,12 @@ def read_urdf(file: Path, floating: bool = False) -> pin.Model:
     return model
 
 
-def _read_text(file: Path) -> str:
+def read_text(file: Path) -> str:
+    """The text of a URDF file.
+
+    Raises:
+        ModelError: there is no such file, or it cannot be read.
+    """
     try:
         return Path(file).read_text(encoding="utf-8")
     except FileNotFoundError as error:

@@ -14,7 +14,7 @@ from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.faces import Face, read_faces
 from softhand.model.gravity import list_bodies
-from softhand.model.urdf import read_urdf
+from softhand.model.urdf import parse_urdf, read_text
 
 FREE_FLYER_SIZE = 6
 
@@ -47,6 +47,9 @@ class World:
     joint_names: tuple[str, ...]
     hand_urdf: Path
     object_urdf: Path
+    hand_text: str
+    """The URDF of the hand as it was read."""
+    object_text: str
 
     @property
     def n_joints(self) -> int:
@@ -137,8 +140,9 @@ def load_world(
     Raises:
         ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable faces.
     """
-    hand = read_urdf(hand_urdf)
-    body = read_urdf(object_urdf, floating=True)
+    hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
+    hand = parse_urdf(hand_text, hand_urdf)
+    body = parse_urdf(object_text, object_urdf, floating=True)
     if body.nv != FREE_FLYER_SIZE:
         raise ModelError(
             f"{object_urdf}: the object has {body.nv - FREE_FLYER_SIZE} joints; an object is one rigid link.",
@@ -167,7 +171,7 @@ def load_world(
         inertia = model.inertias[model.njoints - 1]
         scale = object_mass / inertia.mass
         model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, tips, faces, names, Path(hand_urdf), Path(object_urdf))
+    return World(model, tips, faces, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
 def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:

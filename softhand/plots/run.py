@@ -91,29 +91,33 @@ def _draw_object(figure: Figure, place: SubplotSpec, recording: Recording) -> No
             widen(axes, quantity.least)
 
 
+def contact_quantities(recording: Recording) -> tuple[tuple[str, str, Array, float], ...]:
+    """Of each panel about the contacts: name, unit, values of shape (samples, nc), and the least span of its axis."""
+    force, deformation = recording["contact_force"], recording["deformation"]
+    return (
+        ("normal force", "N", force[:, :, 2], 0.5),
+        ("tangential force", "N", np.hypot(force[:, :, 0], force[:, :, 1]), 0.5),
+        ("torsion moment", "N mm", 1e3 * force[:, :, 3], 1.0),
+        ("friction use", "-", recording["friction_use"], 0.5),
+        ("deformation δr", "mm", 1e3 * deformation[:, :, 0], 0.5),
+        ("latitude Φ", "deg", DEGREES * recording["contact_angles"][:, :, 1], 1.0),
+        ("deformation δθ", "deg", DEGREES * deformation[:, :, 1], 1.0),
+        ("deformation δφ", "deg", DEGREES * deformation[:, :, 2], 1.0),
+        ("deformation δψ", "deg", DEGREES * deformation[:, :, 3], 1.0),
+    )
+
+
 def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
     """One panel a quantity, one colour a finger; the joint torques below."""
-    force, deformation = recording["contact_force"], recording["deformation"]
-    panels = (
-        ("normal force [N]", force[:, :, 2], 0.5),
-        ("tangential force [N]", np.hypot(force[:, :, 0], force[:, :, 1]), 0.5),
-        ("torsion moment [N mm]", 1e3 * force[:, :, 3], 1.0),
-        ("friction use [-]", recording["friction_use"], 0.5),
-        ("deformation δr [mm]", 1e3 * deformation[:, :, 0], 0.5),
-        ("latitude Φ [deg]", DEGREES * recording["contact_angles"][:, :, 1], 1.0),
-        ("deformation δθ [deg]", DEGREES * deformation[:, :, 1], 1.0),
-        ("deformation δφ [deg]", DEGREES * deformation[:, :, 2], 1.0),
-        ("deformation δψ [deg]", DEGREES * deformation[:, :, 3], 1.0),
-    )
     upper, lower = split(place, 2, 1, height_ratios=(3.35, 1.0), hspace=0.13)
     _draw_fingers_legend(figure, recording.labels["contact"], upper)
-    for k, ((label, values, least), spot) in enumerate(
-        zip(panels, split(upper, 3, 3, wspace=0.31, hspace=0.16), strict=True)
+    for k, ((name, unit, values, least), spot) in enumerate(
+        zip(contact_quantities(recording), split(upper, 3, 3, wspace=0.31, hspace=0.16), strict=True)
     ):
-        axes = panel(figure, spot, label, "" if k else "Contacts")
+        axes = panel(figure, spot, f"{name} [{unit}]", "" if k else "Contacts")
         plot_fingers(axes, recording.time, values, range(values.shape[1]))
         widen(axes, least)
-        if label.startswith("friction"):
+        if name == "friction use":
             _mark_friction(axes, recording.time, values)
     _draw_torques(figure, lower, recording)
 
@@ -133,7 +137,7 @@ def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
 def _draw_torques(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
     """One panel for the first joint of each finger, one for the second, and so on."""
     torque, limited = recording["joint_torque"], recording["torque_limited"].astype(bool)
-    hand = _joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
+    hand = joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
     ranks = max(map(len, hand))
     for k, spot in enumerate(split(place, 1, ranks, wspace=0.31 + 0.1 * (ranks > 3))):
         axes = panel(figure, spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
@@ -155,7 +159,7 @@ def _mark_limits(axes: Axes, time: Array, torque: Array, limited: npt.NDArray[np
     warn(axes, "effort limit reached")
 
 
-def _joints_of_fingers(joints: Sequence[str], tips: Sequence[str]) -> list[list[int]]:
+def joints_of_fingers(joints: Sequence[str], tips: Sequence[str]) -> list[list[int]]:
     """Joints of each finger: those named more like its tip than like any other, else equal shares in their order."""
     hand: list[list[int]] = [[] for _ in tips]
     for k, joint in enumerate(joints):
@@ -178,13 +182,17 @@ def _draw_fingers_legend(figure: Figure, tips: Sequence[str], place: SubplotSpec
 
 def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -> float:
     """Title, settings, legend of the upper part, why an incomplete run stopped; returns where the axes may begin."""
-    plugins = {name: scenario.get(name, {}) for name in ("controller", "reference", "stepper")}
-    said = [f"{name} {table.get('name', table.get('kind'))}" for name, table in plugins.items() if table]
-    figure.text(0.012, from_top(figure, 0.36), ", ".join(said), color="0.35", va="top")
+    figure.text(0.012, from_top(figure, 0.36), settings_line(scenario), color="0.35", va="top")
     handles = [Line2D([], [], color=OBJECT, lw=1.8, label="object"), desired_handle()]
     draw_legend(figure, handles, from_top(figure, 0.34), loc="upper right")
     stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
     return draw_title(figure, scenario.get("description") or "softhand run", stop)
+
+
+def settings_line(scenario: dict[str, Any]) -> str:
+    """What a scenario runs with, in a line."""
+    plugins = {name: scenario.get(name, {}) for name in ("controller", "reference", "stepper")}
+    return ", ".join(f"{name} {table.get('name', table.get('kind'))}" for name, table in plugins.items() if table)
 
 
 def _time_shown(recording: Recording, scenario: dict[str, Any]) -> float:

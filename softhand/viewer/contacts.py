@@ -1,0 +1,211 @@
+"""The contacts in the picture: soft tips, discs, forces, torsion, trails, internal forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.viewer.bodies import axes_along
+from softhand.viewer.item import Colour, Part, Update, item
+from softhand.viewer.moment import Moment
+from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, TORSION, TRAIL, use_colour
+from softhand.viewer.shapes import Mesh, arrow, disc, grid_faces, lathe
+from softhand.viewer.skeleton import Skeleton
+from softhand.viewer.tip_shape import Indentation, net_segments, tip_faces, tip_net, tip_surface
+
+Array = NDArray[np.float64]
+
+_TRAIL_POINTS = 160
+_GAUGE_RINGS, _GAUGE_SIDES = 48, 8
+_GAUGE_LARGEST = 1.5 * np.pi  # [rad], arc of the largest torsion
+_ABOVE = 0.03  # of the unit: how far flat things are lifted off the face, so that they do not flicker in it
+
+
+class Tips(Part):
+    """Each tip as it deforms, the net drawn on it, and its contact disc."""
+
+    def __init__(self, skeleton: Skeleton, names: Sequence[str], radii: Sequence[float], colours: list[Colour]) -> None:
+        self._skeleton, self._names, self._radii = skeleton, names, radii
+        self.items = []
+        for name, radius, colour in zip(names, radii, colours, strict=True):
+            rest = Indentation(radius, radius, (0.0, 1.0), (0.0, 0.0, 0.0))
+            net = Mesh(tip_net(rest), net_segments())
+            self.items += [
+                item(f"tips/{name}", Mesh(tip_surface(rest), tip_faces()), colour, soft=True),
+                item(f"tips/{name}_net", net, NET, soft=True, kind="lines", opacity=0.55),
+                item(f"tips/{name}_disc", disc(), DISC),
+            ]
+
+    def update(self, moment: Moment) -> list[Update]:
+        """Shapes and places; the skeleton has been moved to the moment."""
+        updates = []
+        distance = moment.distance
+        for i, (name, radius) in enumerate(zip(self._names, self._radii, strict=True)):
+            Theta, Phi = moment.contact_angles[i]
+            shape = Indentation(radius, distance[i], (Theta, Phi), tuple(moment.deformation[i, 1:]))
+            pose = self._skeleton.frame(name)
+            a = shape.disc_radius
+            place = np.eye(4)
+            place[:3, :3] = moment.contact_rotation[i] * [a, a, radius]
+            place[:3, 3] = moment.contact_point[i] + _ABOVE * radius * moment.contact_rotation[i, :, 2]
+            updates += [
+                Update(pose, tip_surface(shape)),
+                Update(pose, tip_net(shape)),
+                Update(place, visible=a > 0.0),
+            ]
+        return updates
+
+
+class Forces(Part):
+    """An arrow for the force on the object at each contact, coloured by friction use."""
+
+    def __init__(self, names: Sequence[str], unit: float, metres_per_newton: float) -> None:
+        shaft, head = arrow()
+        self._unit, self._scale = unit, metres_per_newton
+        self.items = []
+        for name in names:
+            self.items += [item(f"forces/{name}_shaft", shaft, RAMP[0]), item(f"forces/{name}_head", head, RAMP[0])]
+
+    def update(self, moment: Moment) -> list[Update]:
+        """From the contact point into the object."""
+        updates = []
+        for i in range(len(moment.contact_force)):
+            force = moment.contact_rotation[i] @ moment.contact_force[i, :3]
+            length = self._scale * float(np.linalg.norm(force))
+            colour, start = use_colour(moment.friction_use[i]), moment.contact_point[i]
+            seen = bool(length > 1e-3 * self._unit and np.isfinite(length))
+            axes = axes_along(force) if seen else np.eye(3)
+            head = min(0.9 * self._unit, 0.5 * length)
+            updates += [
+                Update(_placed(axes, start, 0.1 * self._unit, length - head), None, colour, seen),
+                Update(
+                    _placed(axes, start + (length - head) * axes[:, 2], 0.29 * self._unit, head), None, colour, seen
+                ),
+            ]
+        return updates
+
+
+class Torsion(Part):
+    """A curved arrow about the normal of each contact for the moment on the object."""
+
+    def __init__(self, names: Sequence[str], unit: float, radians_per_moment: float) -> None:
+        self._unit, self._scale = unit, radians_per_moment
+        gauge = Mesh(gauge_vertices(1.0, unit), _gauge_faces())
+        track = lathe(_ring(1.55 * unit, 0.03 * unit), 64)
+        self.items = []
+        for name in names:
+            self.items.append(item(f"torsion/{name}", gauge, TORSION, soft=True))
+            self.items.append(item(f"torsion/{name}_track", track, TORSION, opacity=0.3))
+
+    def update(self, moment: Moment) -> list[Update]:
+        """In the plane of the face, around the tip."""
+        updates = []
+        for i, torsion in enumerate(moment.contact_force[:, 3]):
+            pose = np.eye(4)
+            pose[:3, :3] = moment.contact_rotation[i]
+            pose[:3, 3] = moment.contact_point[i] - 0.1 * self._unit * moment.contact_rotation[i, :, 2]
+            angle = float(np.clip(self._scale * torsion, -_GAUGE_LARGEST, _GAUGE_LARGEST))
+            updates.append(Update(pose, gauge_vertices(angle, self._unit), visible=abs(angle) > 0.1))
+            updates.append(Update(pose))
+        return updates
+
+
+class Trails(Part):
+    """Where each contact has been on the faces of the object."""
+
+    def __init__(self, names: Sequence[str], unit: float) -> None:
+        self._unit = unit
+        k = np.arange(_TRAIL_POINTS - 1)
+        faces = np.concatenate(
+            [np.stack([2 * k, 2 * k + 2, 2 * k + 1], 1), np.stack([2 * k + 1, 2 * k + 2, 2 * k + 3], 1)]
+        )
+        empty = Mesh(np.zeros((2 * _TRAIL_POINTS, 3)), faces.astype(np.int32))
+        self.items = [item(f"trails/{name}", empty, TRAIL, soft=True) for name in names]
+        self.path = np.zeros((0, len(names), 3))
+        """Contact points so far in the object frame [m], the last one now, shape (samples, nc, 3)."""
+
+    def update(self, moment: Moment) -> list[Update]:
+        """A ribbon just inside the face, where the disc does not hide it."""
+        updates = []
+        to_object = moment.object_pose[:3, :3].T
+        for i in range(len(self.items)):
+            normal = -to_object @ moment.contact_rotation[i, :, 2]
+            vertices = ribbon(self.path[:, i], normal, 0.13 * self._unit, -3.0 * _ABOVE * self._unit)
+            updates.append(Update(moment.object_pose, vertices))
+        return updates
+
+
+class InternalForces(Part):
+    """A line between each pair of contacts, as thick as the internal force is strong."""
+
+    def __init__(self, pairs: Sequence[tuple[int, int]], unit: float, largest: float) -> None:
+        self._pairs, self._unit, self._largest = pairs, unit, largest
+        bar = lathe([[1.0, 0.0], [1.0, 1.0]], 16)
+        self.items = [item(f"internal/{i + 1}{j + 1}", bar, INTERNAL, opacity=0.65) for i, j in pairs]
+
+    def update(self, moment: Moment) -> list[Update]:
+        """From contact to contact."""
+        updates = []
+        for (i, j), force in zip(self._pairs, moment.internal_force, strict=True):
+            start, reach = moment.contact_point[i], moment.contact_point[j] - moment.contact_point[i]
+            thickness = 0.09 * self._unit * min(abs(force) / self._largest, 2.0)
+            length = float(np.linalg.norm(reach))
+            updates.append(Update(_placed(axes_along(reach), start, thickness, length), visible=thickness > 0.0))
+        return updates
+
+
+def gauge_vertices(angle: float, unit: float) -> Array:
+    """A curved arrow about z from the x axis over an angle [rad], positive by the right-hand rule, shape (n, 3)."""
+    ring, tube = 1.55 * unit, 0.11 * unit
+    head = min(0.45, 0.6 * abs(angle))  # [rad] of the arc
+    along = np.concatenate([np.linspace(0.0, abs(angle) - head, _GAUGE_RINGS - 3), [abs(angle) - head], [abs(angle)]])
+    thick = np.concatenate([np.full(_GAUGE_RINGS - 3, tube), [3.0 * tube * min(1.0, head / 0.45)], [0.0]])
+    along, thick = np.append(0.0, along) * np.sign(angle), np.append(0.0, thick)
+    around = np.linspace(0.0, 2.0 * np.pi, _GAUGE_SIDES, endpoint=False)
+    radial = np.stack([np.cos(along), np.sin(along), np.zeros_like(along)], axis=-1)
+    offset = np.cos(around)[:, None] * radial[:, None] + np.sin(around)[:, None] * np.array([0.0, 0.0, 1.0])
+    vertices: Array = ring * radial[:, None] + thick[:, None, None] * offset
+    return vertices.reshape(-1, 3)
+
+
+def ribbon(path: Array, normal: Array, width: float, lift: float) -> Array:
+    """A flat band along a path, of a fixed number of vertices: two a point.
+
+    Args:
+        path: [m], shape (samples, 3).
+        normal: of the band, unit length, shape (3,).
+        width: [m].
+        lift: how far it lies above the path, along the normal [m].
+    """
+    if not len(path):
+        return np.zeros((2 * _TRAIL_POINTS, 3))
+    where = np.linspace(0.0, len(path) - 1.0, _TRAIL_POINTS)
+    known = np.arange(len(path))
+    points = np.stack([np.interp(where, known, path[:, k]) for k in range(3)], axis=1) + lift * normal
+    forward = np.gradient(points, axis=0)
+    length = np.linalg.norm(forward, axis=1)
+    moving = length > 1e-9
+    if not moving.any():
+        return np.repeat(points, 2, axis=0)
+    last = np.maximum.accumulate(np.where(moving, np.arange(_TRAIL_POINTS), np.argmax(moving)))
+    side = np.cross(normal, forward[last] / length[last, None])
+    return np.stack([points - 0.5 * width * side, points + 0.5 * width * side], axis=1).reshape(-1, 3)
+
+
+def _gauge_faces() -> NDArray[np.int32]:
+    return grid_faces(_GAUGE_RINGS, _GAUGE_SIDES)
+
+
+def _ring(radius: float, tube: float) -> Array:
+    around = np.linspace(0.0, 2.0 * np.pi, 9)
+    return np.stack([radius + tube * np.cos(around), tube * np.sin(around)], axis=1)
+
+
+def _placed(axes: Array, origin: Array, thickness: float, length: float) -> Array:
+    """A pose that stretches a shape of radius and height one along z."""
+    pose = np.eye(4)
+    pose[:3, :3] = axes * [thickness, thickness, length]
+    pose[:3, 3] = origin
+    return pose

@@ -1,0 +1,113 @@
+"""The curves of a report: the panels of the figures, as plain data for a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+
+from softhand.plots import (
+    CONTACT_ARRAYS,
+    FINGERS,
+    FRICTION_TOP,
+    OBJECT,
+    OBJECT_ARRAYS,
+    check,
+    contact_quantities,
+    joints_of_fingers,
+    quantities,
+)
+from softhand.recording import Recording
+from softhand.viewer.packing import Array, Data, Store
+
+_MOST_SAMPLES = 2500  # more than a panel has pixels
+_DESIRED = "#000000"
+_BLOCKS = {
+    "Contact forces": ("normal force", "tangential force", "torsion moment", "friction use"),
+    "Deformation": ("deformation δr", "deformation δθ", "deformation δφ", "deformation δψ"),
+}
+
+
+def samples_of(recording: Recording) -> Array:
+    """Samples that the curves show: each n-th, and the last."""
+    last = len(recording) - 1
+    return np.unique(np.append(np.arange(0, last + 1, -(-len(recording) // _MOST_SAMPLES)), last))
+
+
+def finger_names(recording: Recording) -> list[str]:
+    """Names of the fingers, for legends."""
+    return [tip.removesuffix("_tip").replace("_", " ") for tip in recording.labels["contact"]]
+
+
+def blocks_of(store: Store, recordings: Sequence[Recording]) -> list[Data]:
+    """Blocks of panels, the runs against each other in each panel.
+
+    Raises:
+        RecordingError: an array that they show is not in a recording.
+    """
+    merged: dict[str, dict[str, Data]] = {}
+    for run, recording in enumerate(recordings):
+        check(recording, *OBJECT_ARRAYS, *CONTACT_ARRAYS)
+        for block, panel, curves in _panels(store, recording, run):
+            shown = merged.setdefault(block, {}).setdefault(panel["title"], {**panel, "curves": []})
+            shown["curves"] += curves
+            shown["note"] = shown.get("note") or panel.get("note", "")
+    return [{"title": title, "panels": list(panels.values())} for title, panels in merged.items()]
+
+
+def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str, Data, list[Data]]]:
+    """Block, panel and curves, panel by panel."""
+    samples, names = samples_of(recording), finger_names(recording)
+
+    def curve(values: Array, color: str, label: str, desired: bool = False) -> Data:
+        return {
+            "run": run,
+            "values": store.add(values[samples], "f4"),
+            "color": color,
+            "label": label,
+            "desired": desired,
+        }
+
+    def fingers(values: Array) -> list[Data]:
+        return [curve(column, _color(k), names[k]) for k, column in enumerate(values.T)]
+
+    for quantity in quantities(recording):
+        groups = np.array_split(np.arange(len(quantity.labels)), min(len(quantity.labels), 3))
+        for group in groups:
+            title = ", ".join(quantity.labels[k] for k in group)
+            curves = []
+            for n, k in enumerate(group):
+                color = OBJECT if len(group) == 1 else _color(n)
+                curves.append(curve(quantity.values[:, k], color, quantity.labels[k]))
+                curves.append(curve(quantity.desired[:, k], _DESIRED, f"{quantity.labels[k]} desired", desired=True))
+            yield quantity.title, {"title": title, "unit": quantity.unit, "least": quantity.least}, curves
+    of_contacts = {name: (unit, values, least) for name, unit, values, least in contact_quantities(recording)}
+    for block, members in _BLOCKS.items():
+        for name in members:
+            unit, values, least = of_contacts[name]
+            panel = {"title": name.removeprefix("deformation ").removesuffix(" moment"), "unit": unit, "least": least}
+            if name == "friction use":
+                panel |= {"floor": 0.0, "top": FRICTION_TOP, "limit": 1.0}
+                panel["note"] = "above 1" if np.any(values > 1.0) else ""
+            yield block, panel, fingers(values)
+    yield from _torques(recording, samples, curve)
+
+
+def _torques(recording: Recording, samples: Array, curve: Any) -> Iterator[tuple[str, Data, list[Data]]]:
+    """First joints of all fingers, second joints, and so on, with marks where an effort limit cut."""
+    hand = joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
+    for rank, joints in enumerate(zip_longest(*hand)):
+        curves = []
+        for finger, joint in enumerate(joints):
+            if joint is not None:
+                cut = np.flatnonzero(recording.torque_limited[samples, joint])
+                torque = curve(recording.joint_torque[:, joint], _color(finger), recording.labels["joint"][joint])
+                curves.append({**torque, "marks": cut.tolist()})
+        note = "effort limit reached" if any(torque["marks"] for torque in curves) else ""
+        yield "Joint torques", {"title": f"joint {rank + 1}", "unit": "N m", "least": 0.1, "note": note}, curves
+
+
+def _color(finger: int) -> str:
+    return FINGERS[finger % len(FINGERS)]

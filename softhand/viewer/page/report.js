@@ -1,0 +1,271 @@
+// The page: one clock moves films, cursors and the scrub bar.
+"use strict";
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const find = (name) => document.querySelector(name);
+const many = data.runs.length > 1;
+
+function make(tag, name = "", text = "", parent = null) {
+  const element = document.createElement(tag);
+  if (name) element.className = name;
+  if (text) element.textContent = text;
+  if (parent) parent.append(element);
+  return element;
+}
+
+/** A sample of a line as a legend shows it. */
+function sample(color, dash, width, parent) {
+  const picture = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  picture.setAttribute("width", 26);
+  picture.setAttribute("height", 3);
+  const stroke = document.createElementNS("http://www.w3.org/2000/svg", "line");
+  const values = { x1: 0, x2: 26, y1: 1.5, y2: 1.5, stroke: color, "stroke-width": width, "stroke-dasharray": dash.join(" ") };
+  for (const [key, value] of Object.entries(values)) stroke.setAttribute(key, value);
+  picture.append(stroke);
+  parent.prepend(picture);
+}
+
+const rgb = (color) => `rgb(${color.map((part) => Math.round(255 * part)).join(",")})`;
+
+function showHeads() {
+  document.title = data.runs.map((run) => run.title).join(" | ");
+  for (const run of data.runs) {
+    const head = make("div", "head", "", find(".heads"));
+    const title = make("h1", "", run.title, head);
+    title.title = run.title;
+    if (many) title.prepend(make("span", "badge", run.label));
+    make("p", "", run.subtitle, head);
+    if (run.stop) make("p", "stop", run.stop, head);
+  }
+  find(".made").append("made with ", make("b", "", `softhand ${data.version}`));
+}
+
+function showEntry(entry, legend) {
+  const line = make("span", "", "", legend), swatch = make("i");
+  line.dataset.layer = entry.layer;
+  if (entry.colors.length > 1) {
+    swatch.className = "ramp";
+    swatch.style.background = `linear-gradient(90deg, ${entry.colors.map(rgb)})`;
+    line.append(`${entry.text} ${entry.ends[0]}`, swatch, entry.ends[1]);
+  } else {
+    swatch.style.background = rgb(entry.colors[0]);
+    line.append(swatch, entry.text);
+  }
+}
+
+function showFilm(run) {
+  const film = make("div", "film", "", find(".films")), screen = make("div", "screen", "", film);
+  const canvas = make("canvas", "", "", screen);
+  const name = make("div", "over name", data.filmOnly ? run.title : "", screen);
+  if (many) name.prepend(make("span", "badge", run.label));
+  if (run.stop && data.filmOnly) make("div", "stop", run.stop, name);
+  make("div", "over time", "", screen);
+  const legend = make("div", "legend", "", film);
+  for (const entry of run.film.legend) showEntry(entry, legend);
+  try {
+    const stage = new Stage(canvas, run.film);
+    stage.element = screen;
+    const views = make("div", "views", "", screen);
+    for (const view of Object.keys(Orbit.VIEWS)) make("button", "", view, views).onclick = () => stage.orbit.view(view);
+    return stage;
+  } catch (error) {
+    canvas.remove();
+    make("div", "empty", "This browser shows no 3-D graphics (WebGL). The curves work without.", screen);
+    return null;
+  }
+}
+
+/** All films are seen from the same side, and turning one turns all. */
+function tie(stages) {
+  for (const stage of stages) {
+    stage.orbit.bounds.azimuth = stages[0].orbit.bounds.azimuth;
+    stage.orbit.view("3-D");
+    stage.orbit.changed = () => {
+      stage.draw();
+      for (const other of stages) {
+        if (other === stage) continue;
+        const { azimuth, elevation, distance } = stage.orbit;
+        Object.assign(other.orbit, { azimuth, elevation, distance });
+        other.orbit.place();
+        other.draw();
+      }
+    };
+    const fit = () => stage.resize(stage.element.clientWidth, stage.element.clientHeight);
+    fit();
+    new ResizeObserver(fit).observe(stage.element);
+  }
+}
+
+function showLayers(stages) {
+  const layers = new Map();
+  for (const run of data.runs) for (const layer of run.film.layers) layers.set(layer.key, layer);
+  for (const layer of layers.values()) {
+    const label = make("label", "", "", find(".layers")), box = make("input");
+    box.type = "checkbox";
+    box.checked = layer.shown;
+    const explain = () =>
+      document.querySelectorAll(`.legend [data-layer="${layer.key}"]`).forEach((entry) => (entry.hidden = !box.checked));
+    box.onchange = () => {
+      stages.forEach((stage) => stage.setLayer(layer.key, box.checked));
+      explain();
+    };
+    label.append(box, layer.title);
+    explain();
+  }
+}
+
+function showFacts() {
+  const facts = find(".facts"), table = make("table", "", "", facts);
+  if (many) {
+    const row = make("tr", "", "", make("thead", "", "", table));
+    for (const text of ["", ...data.runs.map((run) => run.label)]) make("th", "", text, row);
+  }
+  const body = make("tbody", "", "", table), names = new Set(data.runs.flatMap((run) => run.facts.map(([name]) => name)));
+  for (const name of names) {
+    const row = make("tr", "", "", body);
+    make("th", "", name, row);
+    for (const run of data.runs) make("td", "", (run.facts.find(([other]) => other === name) || ["", "–"])[1], row);
+  }
+  for (const run of data.runs) {
+    for (const note of run.notes) make("p", "", (many ? `${run.label}: ` : "") + note, facts);
+  }
+  for (const run of data.runs) {
+    const details = make("details", "", "", facts);
+    make("summary", "", `Scenario${many ? ` ${run.label}` : ""} (computed with softhand ${run.version})`, details);
+    make("pre", "", run.scenario, details);
+  }
+}
+
+function showKeys() {
+  const keys = make("div", "keys", "", find(".plots"));
+  const key = (text, color, dash, width) => sample(color, dash, width, make("span", "", text, keys));
+  for (const finger of data.fingers) key(finger.text, finger.color, [], 3);
+  key("desired", "#000000", [], 1);
+  if (many) data.runs.forEach((run, k) => key(run.label, "#52606d", DASHES[k], 2));
+}
+
+function showPlots(seek) {
+  showKeys();
+  const grid = make("div", "grid", "", find(".plots"));
+  const times = data.runs.map((run) => unpack(run.times));
+  const stops = data.runs.filter((run) => run.stop).map((run) => run.end);
+  return data.blocks.flatMap((block) => {
+    const card = make("section", "block", "", grid);
+    make("h2", "", block.title, card);
+    return block.panels.map((panel) => {
+      const curves = panel.curves.map((curve) => ({
+        ...curve,
+        time: times[curve.run],
+        values: unpack(curve.values),
+        dash: curve.desired ? [] : DASHES[curve.run],
+        width: curve.desired ? 0.9 : many ? 1.4 : 1.6,
+        label: (many ? `${data.runs[curve.run].label} ` : "") + curve.label,
+      }));
+      const chart = new Chart(panel, curves, stops, data.end, seek);
+      card.append(chart.element);
+      new ResizeObserver(() => {
+        chart.draw();
+        chart.setTime(clock.time, !many);
+      }).observe(chart.area);
+      return chart;
+    });
+  });
+}
+
+const clock = {
+  time: 0,
+  speed: 1,
+  playing: false,
+  stages: [],
+  charts: [],
+
+  set(time) {
+    this.time = Math.max(0, Math.min(data.end, time));
+    for (const stage of this.stages) stage.setTime(this.time);
+    for (const chart of this.charts) chart.setTime(this.time, !many);
+    find(".scrub").value = this.time;
+    find(".now").textContent = `${this.time.toFixed(3)} / ${data.end.toFixed(2)} s`;
+    document.querySelectorAll(".film .time").forEach((label) => (label.textContent = `${this.time.toFixed(2)} s`));
+  },
+
+  /** By hand: playing stops, and the address leads back to this time. */
+  seek(time) {
+    this.pause();
+    this.set(time);
+    this.keep();
+  },
+
+  keep() {
+    try { history.replaceState(null, "", `#t=${this.time.toFixed(3)}`); } catch { /* not allowed in some frames */ }
+  },
+
+  play() {
+    if (this.time >= data.end) this.set(0);
+    this.playing = true;
+    find(".play").classList.add("on");
+    let last = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      this.set(this.time + (this.speed * (now - last)) / 1000);
+      last = now;
+      if (this.time >= data.end) this.pause(); else requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  },
+
+  pause() {
+    this.playing = false;
+    find(".play").classList.remove("on");
+  },
+
+  toggle() {
+    if (this.playing) { this.pause(); this.keep(); } else this.play();
+  },
+};
+
+function listen() {
+  find(".play").onclick = () => clock.toggle();
+  find(".scrub").max = data.end;
+  find(".scrub").oninput = (event) => clock.seek(Number(event.target.value));
+  find(".speed").onchange = (event) => (clock.speed = Number(event.target.value));
+  window.addEventListener("hashchange", () => fromAddress());
+  window.addEventListener("keydown", (event) => {
+    if (/SELECT|SUMMARY/.test(event.target.tagName)) return;
+    const moves = { ArrowLeft: clock.time - 1 / 60, ArrowRight: clock.time + 1 / 60, Home: 0, End: data.end };
+    if (event.key === " ") clock.toggle(); else if (event.key in moves) clock.seek(moves[event.key]); else return;
+    event.preventDefault();
+  });
+}
+
+/** Go to the time in the address, `#t=1.2`; returns whether there is one. */
+function fromAddress() {
+  const asked = new URLSearchParams(location.hash.slice(1)).get("t");
+  const found = asked !== null && Number.isFinite(Number(asked));
+  if (found) clock.set(Number(asked));
+  return found;
+}
+
+async function start() {
+  document.body.classList.toggle("many", many);
+  document.body.classList.toggle("film-only", data.filmOnly);
+  showHeads();
+  await inflate(data.arrays);
+  clock.stages = data.runs.map(showFilm).filter(Boolean);
+  showLayers(clock.stages);
+  showFacts();
+  clock.charts = showPlots((time) => clock.seek(time));
+  tie(clock.stages);
+  listen();
+  if (!fromAddress()) clock.set(0);
+}
+
+/** For other programs: wait for `ready`, then set the time or read it. */
+window.softhand = {
+  ready: start().catch((error) => {
+    make("p", "failed", `This page cannot be shown here: ${error.message}. Try a newer browser.`, document.body);
+    throw error;
+  }),
+  duration: data.end,
+  setTime: (time) => clock.seek(time),
+  time: () => clock.time,
+};

@@ -1,0 +1,222 @@
+// The 3-D film of one run: items of the scene, moved to a time.
+"use strict";
+
+const THREE = MeshCat.THREE;
+
+let arrays = null;  // the bytes of all arrays
+
+/** Inflate the arrays, which Python packed behind each other. */
+async function inflate(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  arrays = await new Response(stream).arrayBuffer();
+}
+
+/** An array, of those inflated or with base64 of its own. */
+function unpack({ type, start, count, data }) {
+  const types = { f4: Float32Array, i4: Int32Array, i2: Int16Array, u1: Uint8Array };
+  if (data === undefined) return new types[type](arrays, start, count);
+  return new types[type](Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0)).buffer);
+}
+
+/** Coordinates over time, packed as steps from frame to frame, as one shape after the other. */
+function unpackShapes(packed, frames) {
+  const steps = unpack(packed), size = steps.length / frames, shapes = new Int16Array(steps.length);
+  for (let k = 0; k < size; k++) {
+    let at = 0;
+    for (let frame = 0; frame < frames; frame++) shapes[size * frame + k] = at += steps[frames * k + frame];
+  }
+  return shapes;
+}
+
+/** One item: `at(place)` moves it to a place between frames, 0 to the number of frames less one. */
+class Body {
+  constructor(item, frames) {
+    this.layer = item.layer;
+    this.frames = frames;
+    this.rest = unpack(item.vertices);
+    const faces = unpack(item.faces);
+    this.poses = item.poses && unpack(item.poses);
+    this.shapes = item.shapes && unpackShapes(item.shapes, frames);
+    this.scale = item.scale;
+    this.colors = item.colors && unpack(item.colors);
+    this.visible = item.visible && unpack(item.visible);
+    const geometry = new THREE.BufferGeometry();
+    this.vertices = new THREE.BufferAttribute(new Float32Array(this.rest), 3);
+    geometry.setAttribute("position", this.vertices);
+    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(faces), 1));
+    const look = { color: new THREE.Color(...item.color).convertSRGBToLinear() };
+    if (item.opacity < 1) Object.assign(look, { transparent: true, opacity: item.opacity, depthWrite: false });
+    if (item.kind === "lines") {
+      this.object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
+    } else {
+      Object.assign(look, { shininess: 18, specular: new THREE.Color(0.06, 0.06, 0.06), side: THREE.DoubleSide });
+      this.object = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
+      geometry.computeVertexNormals();
+    }
+    this.object.frustumCulled = false;
+    this.object.matrixAutoUpdate = false;
+  }
+
+  at(place) {
+    const first = Math.min(Math.floor(place), this.frames - 1);
+    const next = Math.min(first + 1, this.frames - 1);
+    const share = place - first;
+    const nearest = share < 0.5 ? first : next;
+    if (this.visible) this.shown = this.visible[nearest] > 0;
+    else this.shown = true;
+    if (this.poses) this.pose(first, next, share);
+    if (this.shapes) this.shape(first, next, share);
+    if (this.colors) {
+      const [r, g, b] = this.colors.subarray(3 * nearest, 3 * nearest + 3);
+      this.object.material.color.setRGB(r / 255, g / 255, b / 255).convertSRGBToLinear();
+    }
+  }
+
+  pose(first, next, share) {
+    const fixed = this.poses.length === 12;
+    const a = fixed ? 0 : 12 * first, b = fixed ? 0 : 12 * next, p = this.poses;
+    const m = Array.from({ length: 12 }, (_, k) => p[a + k] + share * (p[b + k] - p[a + k]));
+    this.object.matrix.set(...m, 0, 0, 0, 1);
+    this.object.matrixWorldNeedsUpdate = true;
+  }
+
+  shape(first, next, share) {
+    const size = this.rest.length, moved = this.vertices.array, s = this.shapes;
+    for (let k = 0; k < size; k++) {
+      const now = s[size * first + k];
+      moved[k] = this.rest[k] + this.scale * (now + share * (s[size * next + k] - now));
+    }
+    this.vertices.needsUpdate = true;
+    if (this.object.isMesh) this.object.geometry.computeVertexNormals();
+  }
+}
+
+/** A camera that looks at a point: drag turns, drag with the right button or with shift moves, the wheel zooms. */
+class Orbit {
+  static VIEWS = { "3-D": [-0.9, 0.42], front: [-Math.PI / 2, 0.0], side: [0.0, 0.0], top: [-Math.PI / 2, 1.5607] };
+
+  constructor(bounds) {
+    this.camera = new THREE.PerspectiveCamera(28, 1, 0.01 * bounds.radius, 60 * bounds.radius);
+    this.camera.up.set(0, 0, 1);
+    this.bounds = bounds;
+    this.changed = () => {};
+    this.view("3-D");
+  }
+
+  view(name) {
+    [this.azimuth, this.elevation] = Orbit.VIEWS[name];
+    if (name === "3-D" && this.bounds.azimuth !== undefined) this.azimuth = this.bounds.azimuth;
+    this.target = new THREE.Vector3(...this.bounds.center);
+    this.distance = 1;
+    this.move();
+  }
+
+  /** Follow what a hand has changed. */
+  move() {
+    this.place();
+    this.changed();
+  }
+
+  place() {
+    const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);
+    const far = (this.distance * this.bounds.radius) / half;
+    const flat = far * Math.cos(this.elevation);
+    this.camera.position.set(
+      this.target.x + flat * Math.cos(this.azimuth),
+      this.target.y + flat * Math.sin(this.azimuth),
+      this.target.z + far * Math.sin(this.elevation),
+    );
+    this.camera.lookAt(this.target);
+    this.camera.updateProjectionMatrix();
+  }
+
+  listen(canvas) {
+    let last = null;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      last = [event.clientX, event.clientY];
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!last || !event.buttons) return;
+      const across = event.clientX - last[0], down = event.clientY - last[1];
+      last = [event.clientX, event.clientY];
+      if (event.shiftKey || event.buttons > 1) this.pan(across, down, canvas.clientHeight);
+      else {
+        this.azimuth -= 0.008 * across;
+        this.elevation = Math.max(-1.56, Math.min(1.56, this.elevation + 0.008 * down));
+      }
+      this.move();
+    });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("dblclick", () => this.view("3-D"));
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.distance = Math.max(0.05, Math.min(12, this.distance * Math.exp(0.0012 * event.deltaY)));
+      this.move();
+    }, { passive: false });
+  }
+
+  pan(across, down, height) {
+    const length = (2 * this.distance * this.bounds.radius) / height;
+    const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, axis));
+    this.target.addScaledVector(right, -length * across).addScaledVector(up, length * down);
+  }
+}
+
+/** A canvas that shows one run. */
+class Stage {
+  constructor(canvas, film) {
+    this.times = unpack(film.times);
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.outputEncoding = THREE.sRGBEncoding;
+    this.renderer.setClearColor(0xf4f6f8, 1);
+    this.scene = new THREE.Scene();
+    this.orbit = new Orbit(film.bounds);
+    this.orbit.listen(canvas);
+    const sun = new THREE.DirectionalLight(0xffffff, 0.75), fill = new THREE.DirectionalLight(0xffffff, 0.25);
+    sun.position.set(-0.7, 1.0, 1.0); // both go with the camera: no side of the hand lies in the dark
+    fill.position.set(1.0, 0.2, 0.6);
+    this.orbit.camera.add(sun, sun.target, fill, fill.target);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0xb9c2cc, 0.62), this.orbit.camera);
+    this.layers = Object.fromEntries(film.layers.map((layer) => [layer.key, layer.shown]));
+    this.bodies = film.items.map((item) => new Body(item, this.times.length));
+    this.scene.add(...this.bodies.map((body) => body.object));
+    this.setTime(this.times[0]);
+  }
+
+  /** Move to a time; before the first and after the last frame that frame stays. */
+  setTime(time) {
+    const times = this.times, last = times.length - 1;
+    let low = 0, high = last;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= time) low = middle; else high = middle;
+    }
+    const span = times[high] - times[low];
+    const share = span > 0 ? Math.max(0, Math.min(1, (time - times[low]) / span)) : 0;
+    for (const body of this.bodies) body.at(low + share);
+    this.draw();
+  }
+
+  setLayer(key, shown) {
+    this.layers[key] = shown;
+    this.draw();
+  }
+
+  resize(width, height) {
+    if (!width || !height || (this.size && this.size[0] === width && this.size[1] === height)) return;
+    this.size = [width, height];
+    this.renderer.setPixelRatio(window.devicePixelRatio);
+    this.renderer.setSize(width, height, false);
+    this.orbit.camera.aspect = width / height;
+    this.orbit.place();
+    this.draw();
+  }
+
+  draw() {
+    if (!this.size) return;
+    for (const body of this.bodies) body.object.visible = body.shown && this.layers[body.layer];
+    this.renderer.render(this.scene, this.orbit.camera);
+  }
+}

@@ -1,0 +1,274 @@
+"""The scene of a grasp: what any picture of it shows, as plain arrays.
+
+    scene = recorded_scene(recording)
+    for update, item in zip(scene.frame(k), scene.items): ...
+
+A scene has items that stay and gives one `Update` an item for each moment. Nothing here knows a renderer.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.errors import ScenarioError
+from softhand.model.configuration import rotation_of
+from softhand.observation import contact_pairs
+from softhand.plant import Plant
+from softhand.recording import Recording
+from softhand.scenario_file import resolve_path
+from softhand.viewer import palette
+from softhand.viewer.bodies import DesiredPose, Hand, Object
+from softhand.viewer.contacts import Forces, InternalForces, Tips, Torsion, Trails
+from softhand.viewer.item import LAYERS, Colour, Item, Part, Update
+from softhand.viewer.moment import Moment, check_viewable, recorded_moment
+from softhand.viewer.skeleton import Skeleton
+from softhand.viewer.visuals import read_visuals
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Array = NDArray[np.float64]
+
+_HEADROOM = 1.5  # of a live scene, over the forces at its start
+
+
+class Bounds(NamedTuple):
+    """A sphere around all that is seen, and from where to look at it."""
+
+    centre: Array
+    """[m], shape (3,)."""
+    radius: float
+    """[m]"""
+    azimuth: float
+    """Of the camera about the world's z axis, from x towards y [rad]: where the fewest fingers are in the way."""
+
+
+class Entry(NamedTuple):
+    """A line of the legend: text with one colour, or with the colours of a ramp from its start to its end."""
+
+    text: str
+    colours: tuple[Colour, ...]
+    layer: str
+    ends: tuple[str, str] = ("", "")
+    """What the start and the end of a ramp stand for."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Whom a scene shows: the URDFs as text, where they came from, and the tips.
+
+    Attributes:
+        hand_urdf: text of the hand's URDF.
+        object_urdf: text of the object's URDF.
+        tips: names of the tip frames.
+        radii: of the undeformed tips [m].
+        hand_folder: where the hand's meshes are looked for.
+        object_folder: likewise.
+    """
+
+    hand_urdf: str
+    object_urdf: str
+    tips: tuple[str, ...]
+    radii: tuple[float, ...]
+    hand_folder: Path | None = None
+    object_folder: Path | None = None
+
+
+class Scales(NamedTuple):
+    """Largest magnitudes that the picture has room for."""
+
+    force: float
+    """[N]"""
+    torsion: float
+    """[N m]"""
+    internal_force: float
+    """[N]"""
+
+
+class Scene:
+    """A grasp to be drawn.
+
+    Attributes:
+        layers: title of each layer by its key.
+        items: everything in the picture.
+        legend: what the colours mean.
+        unread: meshes of the URDFs that could not be read; they are left out.
+    """
+
+    layers = LAYERS
+
+    def __init__(self, cast: Cast, scales: Scales) -> None:
+        unit = max(cast.radii)
+        skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
+        looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
+        body, unread = read_visuals(cast.object_urdf, cast.object_folder)
+        body = body or read_visuals(cast.object_urdf, cast.object_folder, "collision")[0]
+        self.unread += unread
+        tips = list(cast.tips)
+        colours = [
+            next((v.colour for v in looks if v.colour and skeleton.coincide(v.link, tip)), palette.TIP) for tip in tips
+        ]
+        self._trails = Trails(tips, unit)
+        self._parts: list[Part] = [
+            Hand(skeleton, looks, tips, unit),
+            Object(body, unit),
+            Tips(skeleton, tips, cast.radii, colours),
+            Forces(tips, unit, 3.2 * unit / scales.force),
+            Torsion(tips, unit, 1.5 * np.pi / scales.torsion),
+            self._trails,
+            DesiredPose(body, unit),
+            InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
+        ]
+        self.items: list[Item] = [item for part in self._parts for item in part.items]
+        self.legend = _legend(scales)
+
+    def draw(self, moment: Moment, path: Array) -> list[Update]:
+        """One update an item, in the order of `items`.
+
+        Args:
+            moment: what to show.
+            path: contact points so far in the object frame [m], shape (samples, nc, 3).
+        """
+        self._skeleton.move(moment.joint_position)
+        self._trails.path = path
+        return [update for part in self._parts for update in part.update(moment)]
+
+    def extent(self, moments: Sequence[Moment]) -> Bounds:
+        """A sphere around what is seen at these moments."""
+        cloud = np.concatenate([points for moment in moments for points in self._places(moment)])
+        cloud = cloud[np.isfinite(cloud).all(axis=1)]
+        centre = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
+        radius = float(np.linalg.norm(cloud - centre, axis=1).max())
+        return Bounds(centre, radius, _open_side(moments[0]))
+
+    def _places(self, moment: Moment) -> Iterator[Array]:
+        """Vertices in the world of what has a body."""
+        updates = self.draw(moment, np.zeros((0, len(moment.distance), 3)))
+        for item, update in zip(self.items, updates, strict=True):
+            if item.layer in ("links", "base", "object", "tips", "desired"):
+                vertices = item.vertices if update.vertices is None else update.vertices
+                pose = np.eye(4) if update.pose is None else update.pose
+                yield vertices @ pose[:3, :3].T + pose[:3, 3]
+
+
+class RecordedScene(Scene):
+    """The scene of a recording.
+
+    Attributes:
+        times: of the samples [s], shape (samples,).
+        bounds: a sphere around everything over the whole run.
+
+    Raises:
+        RecordingError: the recording lacks what a picture needs.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        check_viewable(recording)
+        cast = _cast_of(recording)
+        super().__init__(cast, _scales(recording.contact_force, recording.internal_force, cast.radii))
+        self.times = recording.time
+        self._recording = recording
+        self._path = _path_of(recording)
+        some = range(0, len(recording), max(len(recording) // 25, 1))
+        self.bounds = self.extent([recorded_moment(recording, k) for k in some])
+
+    def frame(self, k: int) -> list[Update]:
+        """Sample k: one update an item, in the order of `items`."""
+        k = range(len(self.times))[k]
+        return self.draw(recorded_moment(self._recording, k), self._path[: k + 1])
+
+
+def live_scene(plant: Plant, first: Moment) -> Scene:
+    """The scene of a plant that runs now; its first moment sets the scales.
+
+    Raises:
+        ModelError: a URDF cannot be read.
+    """
+    world = plant.world
+    cast = Cast(
+        world.hand_text,
+        world.object_text,
+        tuple(tip.name for tip in world.tips),
+        tuple(map(float, plant.pads["radius"])),
+        world.hand_urdf.parent,
+        world.object_urdf.parent,
+    )
+    return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
+
+
+def _cast_of(recording: Recording) -> Cast:
+    first = recorded_moment(recording, 0)
+    return Cast(
+        recording.hand_urdf,
+        recording.object_urdf,
+        recording.labels["contact"],
+        tuple(map(float, first.distance + first.deformation[:, 0])),  # r = R + dr
+        _folder_of(recording, "hand"),
+        _folder_of(recording, "object"),
+    )
+
+
+def _folder_of(recording: Recording, section: str) -> Path | None:
+    """Where the URDF of a section of the recorded scenario lay, if that can be told."""
+    try:
+        return resolve_path(tomllib.loads(recording.scenario)[section]["urdf"]).parent
+    except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ScenarioError):
+        return None
+
+
+def _path_of(recording: Recording) -> Array:
+    """Contact points in the object frame over the run [m], shape (samples, nc, 3)."""
+    rotation = rotation_of(recording.object_rpy.T)  # shape (3, 3, samples)
+    reach = recording.contact_point - recording.object_position[:, None]
+    path: Array = np.einsum("kis,snk->sni", rotation, reach)
+    return path
+
+
+def _scales(contact_force: Array, internal_force: Array, radii: Sequence[float]) -> Scales:
+    """The largest of each; a torsion far below what the tips bear is no reason for a long arc."""
+    force = _largest(np.linalg.norm(contact_force[..., :3], axis=-1), 1e-3)
+    return Scales(force, _largest(contact_force[..., 3], 0.1 * force * max(radii)), _largest(internal_force, 1e-3))
+
+
+def _largest(values: Array, least: float) -> float:
+    return float(np.abs(values[np.isfinite(values)]).max(initial=least))
+
+
+def _open_side(moment: Moment) -> float:
+    """Azimuth [rad] a little beside the middle of the widest gap between the fingers, seen from above."""
+    reach = moment.tip_position - moment.object_pose[:3, 3]
+    azimuths = np.sort(np.arctan2(reach[:, 1], reach[:, 0]))
+    gaps = np.diff(np.append(azimuths, azimuths[0] + 2.0 * np.pi))
+    widest = int(np.argmax(np.round(gaps, 3)))
+    return float(azimuths[widest] + 0.36 * gaps[widest])
+
+
+def _legend(scales: Scales) -> list[Entry]:
+    """What the colours mean, and how large the largest of each kind is."""
+    return [
+        Entry(
+            f"Force on the object, longest {scales.force:.2g}\u00a0N; colour: friction use |f_t| / (μ f_z)",
+            palette.RAMP,
+            "forces",
+            ("0", "1"),
+        ),
+        Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces"),
+        Entry(
+            f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g}\u00a0N\u00a0mm",
+            (palette.TORSION,),
+            "torsion",
+        ),
+        Entry(f"Internal force, thickest {scales.internal_force:.2g} N", (palette.INTERNAL,), "internal"),
+        Entry("Contact disc, radius √(r² - R²)", (palette.DISC,), "tips"),
+        Entry("Where the contact has been", (palette.TRAIL,), "trails"),
+        Entry("Where the object is wanted", (palette.DESIRED,), "desired"),
+    ]

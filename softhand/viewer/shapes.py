@@ -1,0 +1,127 @@
+"""Triangles of the rigid shapes in the picture, and of those that change: plain numpy, metres.
+
+A `Mesh` is vertices, shape (n, 3), and triangles, shape (m, 3), counter-clockwise seen from outside.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int32]
+
+
+class Mesh(NamedTuple):
+    """Vertices [m], shape (n, 3), and triangles (segments for lines), shape (m, 3) or (m, 2)."""
+
+    vertices: Array
+    faces: Faces
+
+
+def merged(meshes: list[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces).astype(np.int32))
+
+
+def moved(mesh: Mesh, pose: Array) -> Mesh:
+    """The mesh under a pose, shape (4, 4)."""
+    return Mesh(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces)
+
+
+def box(size: ArrayLike) -> Mesh:
+    """A box about the origin; its faces share no vertices, so that its edges stay sharp."""
+    half = 0.5 * np.asarray(size, dtype=float)
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            corners = np.zeros((4, 3))
+            corners[:, axis] = sign * half[axis]
+            corners[:, u] = np.array([-1, 1, 1, -1]) * half[u]
+            corners[:, v] = np.array([-1, -1, 1, 1]) * half[v] * sign
+            faces += [[len(vertices), len(vertices) + 1, len(vertices) + 2]]
+            faces += [[len(vertices), len(vertices) + 2, len(vertices) + 3]]
+            vertices += corners.tolist()
+    return Mesh(np.array(vertices), np.array(faces, dtype=np.int32))
+
+
+def box_edges(size: ArrayLike, radius: float) -> Mesh:
+    """The twelve edges of a box as thin bars."""
+    size = np.asarray(size, dtype=float)
+    bars = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        bar = np.full(3, 2.0 * radius)
+        bar[axis] += size[axis]
+        for a in (-0.5, 0.5):
+            for b in (-0.5, 0.5):
+                pose = np.eye(4)
+                pose[u, 3], pose[v, 3] = a * size[u], b * size[v]
+                bars.append(moved(box(bar), pose))
+    return merged(bars)
+
+
+def lathe(profile: ArrayLike, segments: int = 32) -> Mesh:
+    """A surface of revolution about z.
+
+    Args:
+        profile: radius and height of each ring [m], along the outline that has the outside on its right hand side as
+            z points up, shape (rings, 2). A corner is a point given twice.
+        segments: vertices a ring.
+    """
+    profile = np.asarray(profile, dtype=float)
+    angles = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
+    radius, height = profile[:, :1], profile[:, 1:]
+    vertices = np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), np.broadcast_to(height, (len(profile), segments))], axis=-1
+    ).reshape(-1, 3)
+    return Mesh(vertices, grid_faces(len(profile), segments))
+
+
+def grid_faces(rows: int, columns: int) -> Faces:
+    """Triangles of a grid of vertices, row by row, whose last column meets its first.
+
+    The outside is along (from column to column) x (from row to row).
+    """
+    a = np.arange(rows - 1)[:, None] * columns
+    j, k = np.arange(columns), (np.arange(columns) + 1) % columns
+    first = np.stack([a + j, a + k, a + columns + k], axis=-1).reshape(-1, 3)
+    second = np.stack([a + j, a + columns + k, a + columns + j], axis=-1).reshape(-1, 3)
+    return np.concatenate([first, second]).astype(np.int32)
+
+
+def cylinder(radius: float, length: float) -> Mesh:
+    """About z, centred at the origin."""
+    h = 0.5 * length
+    return lathe([[0.0, -h], [radius, -h], [radius, -h], [radius, h], [radius, h], [0.0, h]])
+
+
+def sphere(radius: float) -> Mesh:
+    """About the origin."""
+    angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17)
+    return lathe(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def capsule(radius: float, length: float) -> Mesh:
+    """A cylinder of that length about z with half spheres at its ends, centred at the origin."""
+    angles = np.linspace(0.0, 0.5 * np.pi, 9)
+    top = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + [0.0, 0.5 * length]
+    return lathe(np.concatenate([top[::-1] * [1.0, -1.0], top]))
+
+
+def arrow() -> tuple[Mesh, Mesh]:
+    """Shaft and head of an arrow along z, each of length and radius one, starting at the origin."""
+    shaft = lathe([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 20)
+    head = lathe([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], 20)
+    return shaft, head
+
+
+def disc() -> Mesh:
+    """A flat disc of radius one about z, to be seen from both sides."""
+    return lathe([[1.0, 0.0], [0.0, 0.0]], 48)

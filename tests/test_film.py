@@ -1,0 +1,181 @@
+"""Films: what is asked for is what is shown, for how long; and nothing is left of one that was broken off."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chromium import living, needs_chromium, wait_until
+from PIL import Image
+
+from softhand import BrowserError, RecordingError, SofthandError, load_scenario, simulate, write_film
+from softhand.viewer import film
+
+SMALL = (320, 240)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(load_scenario("target-a", {"duration": 0.5}))
+
+
+def pictures(content: bytes | Path) -> list[tuple[np.ndarray, int]]:
+    """Pixels and duration [ms] of each picture of a GIF."""
+    image = Image.open(content if isinstance(content, Path) else io.BytesIO(content))
+    found = []
+    for k in range(image.n_frames):
+        image.seek(k)
+        found.append((np.asarray(image.convert("RGB")).astype(int), image.info["duration"]))
+    return found
+
+
+@needs_chromium
+def test_a_gif_shows_the_run(run, tmp_path):
+    """0.5 s at 8 pictures a second: 5 pictures that move, and nothing else in the folder."""
+    write_film(run, tmp_path / "run.gif", fps=8, size=SMALL)
+    shown = pictures(tmp_path / "run.gif")
+    assert len(shown) == 5 and shown[0][0].shape == (240, 320, 3)
+    assert len(np.unique(shown[0][0].reshape(-1, 3), axis=0)) > 50
+    assert np.mean(np.abs(shown[-1][0] - shown[0][0]).max(axis=2) > 24) > 0.01
+    assert [file.name for file in tmp_path.iterdir()] == ["run.gif"]
+
+
+@needs_chromium
+def test_slow_motion_takes_longer(run, tmp_path):
+    """A quarter of the speed: four times the pictures, but for the last."""
+    told = []
+    write_film(run, tmp_path / "run.gif", fps=4, size=SMALL, speed=0.25, progress=told.append)
+    assert len(pictures(tmp_path / "run.gif")) == 9
+    assert (
+        told == sorted(told) and told[0] < 0.1 and told[-9:] == [pytest.approx(0.1 + 0.1 * (k + 1)) for k in range(9)]
+    )
+
+
+@needs_chromium
+def test_an_mp4_has_the_size_and_length_asked_for(run, tmp_path):
+    """ffmpeg reads back the size, the rate and the number of pictures."""
+    try:
+        ffmpeg = film._find_ffmpeg()
+    except SofthandError:
+        pytest.skip("ffmpeg is not installed")
+    write_film(run, tmp_path / "run.mp4", fps=10, size=SMALL)
+    read = subprocess.run(
+        [ffmpeg, "-i", tmp_path / "run.mp4", "-f", "null", "-"], capture_output=True, text=True, check=True
+    ).stderr
+    assert "320x240" in read and "10 fps" in read and "frame=    6" in read
+
+
+@needs_chromium
+def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
+    """Ctrl-C in a film: exit code 130, no half file, no temporary folder, no process."""
+    run.save(tmp_path / "run.nc")
+    folder = Path(tempfile.mkdtemp())  # short: the name of a socket of Chromium must fit below it
+    process = subprocess.Popen(
+        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "0.02", "--fps", "10"],
+        cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
+    )  # fmt: skip
+
+    def children():
+        lines = subprocess.run(["ps", "-e", "-o", "ppid=", "-o", "pid="], capture_output=True, text=True, check=True)
+        return [pid for parent, pid in map(str.split, lines.stdout.splitlines()) if parent == str(process.pid)]
+
+    assert wait_until(children) and process.poll() is None
+    time.sleep(2.0)
+    groups = children()
+    assert groups and len(living(groups[0])) > 2, process.communicate(timeout=60)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and "Traceback" not in errors
+    assert wait_until(lambda: not any(map(living, groups)))
+    assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]
+    folder.rmdir()
+
+
+@needs_chromium
+def test_an_ffmpeg_that_fails_is_told(run, tmp_path, monkeypatch):
+    """Its last words are in the message; no file is left."""
+    broken = tmp_path / "bin" / "ffmpeg"
+    broken.parent.mkdir()
+    broken.write_text("#!/bin/sh\necho no such encoder 1>&2\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", str(broken.parent), prepend=os.pathsep)
+    with pytest.raises(SofthandError, match="no such encoder"):
+        write_film(run, tmp_path / "run.mp4", fps=10, size=SMALL)
+    assert not list(tmp_path.glob("run*"))
+
+
+def test_a_gif_keeps_the_time():
+    """Thirty pictures a second last a second in all, though a GIF counts hundredths."""
+
+    def pictures_of_noise():
+        for k in range(30):
+            buffer = io.BytesIO()
+            Image.fromarray(np.random.default_rng(k).integers(0, 255, (8, 8, 3), np.uint8)).save(buffer, "PNG")
+            yield buffer.getvalue()
+
+    durations = [duration for _, duration in pictures(film._encode_gif(pictures_of_noise(), 30.0))]
+    assert sum(durations) == 1000 and set(durations) == {30, 40}
+
+
+def test_the_last_sample_is_filmed(run):
+    """0.5 s at 8 a second ends exactly; at 7 a second one more picture shows the end."""
+    for fps, count in ((8.0, 5), (7.0, 5)):
+        times = [time for time, _ in film._times(run, fps, 1.0)]
+        assert len(times) == count and times[-1] == run.time[-1] and times[1] == pytest.approx(1.0 / fps)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("run.avi", {}, r"unknown ending '\.avi'; choose \.mp4 or \.gif"),
+        ("run", {}, "has no ending"),
+        ("run.gif", {"fps": 60.0}, "fps: 60 is out of range.*1 to 50"),
+        ("run.gif", {"fps": float("nan")}, "fps: nan"),
+        ("run.gif", {"speed": 0.0}, "speed: 0 is out of range"),
+        ("run.gif", {"size": (641, 480)}, "size: 641x480.*even"),
+    ],
+)
+def test_what_cannot_be_filmed_is_told_first(run, tmp_path, name, options, words):
+    """The value and what is allowed, before any work."""
+    with pytest.raises(SofthandError, match=words) as caught:
+        write_film(run, tmp_path / name, **options)
+    assert hasattr(caught.value, "value")
+
+
+def test_a_missing_folder_is_told_first(run, tmp_path):
+    """Before minutes of work, not after."""
+    with pytest.raises(RecordingError, match="no folder"):
+        write_film(run, tmp_path / "nowhere" / "run.gif")
+
+
+def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):
+    """The package of the system, and the extra of softhand."""
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(film, "find_spec", lambda name: None)
+    with pytest.raises(SofthandError, match=r"apt install ffmpeg.*softhand\[film\]"):
+        write_film(run, tmp_path / "run.mp4")
+
+
+def test_a_missing_chromium_is_told(run, tmp_path, monkeypatch):
+    """Which package is missing."""
+    monkeypatch.setenv("SOFTHAND_CHROMIUM", "/nowhere/chromium")
+    with pytest.raises(BrowserError, match="SOFTHAND_CHROMIUM"):
+        write_film(run, tmp_path / "run.gif")
+
+
+@pytest.mark.parametrize("size", ["720", "1280x", "axb", "1280x720x3", "-4x4"])
+def test_a_wrong_size_is_one_line(run, tmp_path, size):
+    """`softhand film --size` says how a size is written."""
+    run.save(tmp_path / "run.nc")
+    result = subprocess.run(
+        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", f"--size={size}"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert result.returncode == 1 and "1280x720" in result.stderr and "Traceback" not in result.stderr

@@ -1,0 +1,448 @@
+"""Reports: one file, no network; film, cursors and scrub bar on one clock, in a real Chromium."""
+
+import base64
+import dataclasses
+import errno
+import io
+import json
+import re
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chromium import needs_chromium
+from PIL import Image
+
+import softhand
+from softhand import Recording, RecordingError, load_scenario, simulate, write_report
+from softhand.viewer.browser import Browser
+from softhand.viewer.packing import frames_of
+from softhand.viewer.report import report_page
+from softhand.viewer.scene import RecordedScene
+
+MOST_BYTES = 8_000_000
+NUMBERS = {"f4": "<f4", "i4": "<i4", "i2": "<i2", "u1": "|u1"}
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    return simulate(load_scenario("target-a"))
+
+
+@pytest.fixture(scope="module")
+def other() -> Recording:
+    return simulate(load_scenario("target-b"))
+
+
+def cut(recording: Recording, samples: int, **changes) -> Recording:
+    """The beginning of a recording."""
+    variables = {name: array[:samples] for name, array in recording.variables.items()}
+    return dataclasses.replace(recording, variables=variables, **changes)
+
+
+@pytest.fixture(scope="module")
+def stopped(run) -> Recording:
+    reason = "finger_2_tip rolls over its <apex>"
+    return cut(run, 801, complete=False, reason=reason, stop_time=0.8)
+
+
+@pytest.fixture(scope="module")
+def files(run, other, stopped, tmp_path_factory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("a folder, with blanks & umläuts")
+    shown = {"one": (run,), "two": (run, other), "uneven": (run, stopped), "stopped": (stopped,)}
+    for name, recordings in shown.items():
+        write_report(folder / f"{name}.html", *recordings)
+    return {name: folder / f"{name}.html" for name in shown}
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with Browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def visit(chromium, files):
+    """Function that opens a report and waits for it."""
+    pages = []
+
+    def open_report(name, hash=""):
+        page = chromium.page(1400, 900)
+        pages.append(page)
+        page.open(files[name].as_uri() + hash)
+        page.evaluate("softhand.ready.then(() => true)")
+        return page
+
+    yield open_report
+    for page in pages:
+        page.call("Page.close")
+
+
+def film(page, number=0) -> np.ndarray:
+    """Pixels of a film, shape (height, width, 3)."""
+    script = f"document.querySelectorAll('.film canvas')[{number}].toDataURL('image/png')"
+    data = base64.b64decode(page.evaluate(script).partition(",")[2])
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+
+
+def differs(one, two) -> float:
+    """Share of the pixels that differ visibly."""
+    return float(np.mean(np.abs(one - two).max(axis=2) > 24))
+
+
+def click(page, x, y):
+    for kind in ("mousePressed", "mouseReleased"):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+
+def drag(page, start, end):
+    page.call("Input.dispatchMouseEvent", type="mousePressed", x=start[0], y=start[1], button="left", clickCount=1)
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=end[0], y=end[1], button="left", buttons=1)
+    page.call("Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], button="left")
+
+
+def data_of(html: str) -> dict:
+    return json.loads(re.search(r'id="data">(.*?)</script>', html, re.DOTALL)[1])
+
+
+def array_of(data: dict, place: dict) -> np.ndarray:
+    block = zlib.decompress(base64.b64decode(data["arrays"]))
+    return np.frombuffer(block, NUMBERS[place["type"]], place["count"], place["start"])
+
+
+# --------------------------------------------------------------------------------------------------- in Chromium
+
+
+@needs_chromium
+@pytest.mark.parametrize("name", ["one", "two", "uneven", "stopped"])
+def test_it_opens_from_disk_without_an_error_and_asks_for_nothing(visit, files, name):
+    """The only address asked for is the file itself; the console has no error."""
+    page = visit(name)
+    page.evaluate("softhand.setTime(0.3)")
+    assert page.requests == [files[name].as_uri()] and page.console_errors == []
+
+
+@needs_chromium
+def test_the_film_shows_something_that_moves(visit):
+    """The canvas has many colours, and another picture at another time."""
+    page = visit("one")
+    start = film(page)
+    assert len(np.unique(start.reshape(-1, 3), axis=0)) > 200
+    page.evaluate("softhand.setTime(1.5)")
+    moved = film(page)
+    assert differs(start, moved) > 0.01
+    page.evaluate("softhand.setTime(0.0)")
+    assert differs(start, film(page)) == 0.0
+
+
+@needs_chromium
+def test_the_scrub_bar_moves_film_and_cursors_together(visit):
+    """A click at three quarters of the bar: clock, cursor of each curve and film go there."""
+    page = visit("one")
+    start = film(page)
+    box = page.evaluate("document.querySelector('.scrub').getBoundingClientRect().toJSON()")
+    click(page, box["x"] + 0.75 * box["width"], box["y"] + 0.5 * box["height"])
+    assert page.evaluate("softhand.time()") == pytest.approx(1.5, abs=0.05)
+    places = page.evaluate(
+        "[...document.querySelectorAll('.chart')].map((c) => {"
+        "const a = c.querySelector('.area').getBoundingClientRect(), b = c.querySelector('.cursor');"
+        "return (b.getBoundingClientRect().x - a.x - 38) / (a.width - 46)})"
+    )
+    assert len(places) == 9 + 4 + 4 + 3
+    assert np.allclose(places, page.evaluate("softhand.time()") / 2.0, atol=0.02)
+    assert differs(start, film(page)) > 0.01
+
+
+@needs_chromium
+def test_a_click_on_a_curve_goes_to_its_time(visit):
+    """The middle of a panel is the middle of the run; the readout shows the value there."""
+    page = visit("one")
+    box = page.evaluate("document.querySelector('.area').getBoundingClientRect().toJSON()")
+    click(page, box["x"] + 38 + 0.5 * (box["width"] - 46), box["y"] + 20)
+    assert page.evaluate("softhand.time()") == pytest.approx(1.0, abs=0.02)
+    assert float(page.evaluate("document.querySelector('.scrub').value")) == pytest.approx(1.0, abs=0.02)
+
+
+@needs_chromium
+def test_the_readout_is_the_value_at_the_cursor(visit, run):
+    """Normal forces at 0.8 s as in the recording, to the digits shown."""
+    page = visit("one", "#t=0.8")
+    shown = page.evaluate(
+        "[...[...document.querySelectorAll('.chart')].find((c) => c.querySelector('b').textContent === 'normal force')"
+        ".querySelectorAll('.values span')].map((s) => s.textContent)"
+    )
+    expected = run.contact_force[np.searchsorted(run.time, 0.8), :, 2]
+    assert np.allclose(list(map(float, shown)), expected, rtol=6e-3)
+
+
+@needs_chromium
+def test_an_address_leads_to_a_time(visit):
+    """report.html#t=1.2 opens at 1.2 s; a time beyond the end is the end; nonsense is the start."""
+    assert visit("one", "#t=1.2").evaluate("softhand.time()") == 1.2
+    assert visit("one", "#t=99").evaluate("softhand.time()") == 2.0
+    assert visit("one", "#t=noon").evaluate("softhand.time()") == 0.0
+
+
+@needs_chromium
+def test_it_plays_at_the_speed_asked_for_and_stops_at_the_end(visit):
+    """Half as fast: one simulated second takes two, to a picture; then the button shows play again."""
+    page = visit("one")
+    playing, took = page.evaluate(
+        "new Promise((done) => { softhand.setTime(1.0); const speed = document.querySelector('.speed');"
+        "const button = document.querySelector('.play'); speed.value = '0.5'; speed.dispatchEvent(new Event('change'));"
+        "const from = performance.now(); button.click(); const playing = button.classList.contains('on');"
+        "const look = () => softhand.time() < 2 ? setTimeout(look, 5) : done([playing, performance.now() - from]);"
+        "look(); })"
+    )
+    assert playing and 1900.0 < took < 4000.0
+    assert not page.evaluate("document.querySelector('.play').classList.contains('on')")
+
+
+@needs_chromium
+def test_a_layer_can_be_hidden(visit):
+    """Without links the picture differs, and with them again it is the same."""
+    page = visit("one")
+    switch = "[...document.querySelectorAll('.layers label')].find((l) => l.textContent === 'Links').click()"
+    before = film(page)
+    page.evaluate(switch)
+    assert differs(before, film(page)) > 0.02
+    page.evaluate(switch)
+    assert differs(before, film(page)) == 0.0
+
+
+@needs_chromium
+def test_two_runs_share_clock_and_camera(visit):
+    """Setting the time moves both films; turning the second turns the first."""
+    page = visit("two")
+    before = [film(page, k) for k in range(2)]
+    page.evaluate("softhand.setTime(1.0)")
+    later = [film(page, k) for k in range(2)]
+    assert min(map(differs, before, later)) > 0.005
+    box = page.evaluate("document.querySelectorAll('.film canvas')[1].getBoundingClientRect().toJSON()")
+    drag(page, (box["x"] + 200, box["y"] + 150), (box["x"] + 300, box["y"] + 150))
+    turned = [film(page, k) for k in range(2)]
+    assert min(map(differs, later, turned)) > 0.02
+
+
+@needs_chromium
+def test_an_incomplete_run_says_so_and_plays_as_far_as_it_goes(visit):
+    """Where and why it stopped is on the page; the clock ends there."""
+    page = visit("stopped", "#t=1.5")
+    text = page.evaluate("document.body.innerText")
+    assert "Incomplete, stopped at 0.8 s: finger_2_tip rolls over its <apex>" in text
+    assert page.evaluate("softhand.time()") == pytest.approx(0.8)
+
+
+@needs_chromium
+def test_a_shorter_run_waits_for_the_longer(visit):
+    """After its end the film of the shorter run stands still, that of the longer goes on."""
+    page = visit("uneven", "#t=0.8")
+    before = [film(page, k) for k in range(2)]
+    page.evaluate("softhand.setTime(1.0)")
+    assert differs(before[0], film(page, 0)) > 0.0
+    assert differs(before[1], film(page, 1)) == 0.0
+
+
+@needs_chromium
+def test_without_3d_graphics_the_curves_stay(chromium, files):
+    """Where WebGL is off, the page says so and the rest works."""
+    page = chromium.page()
+    page.call(
+        "Page.addScriptToEvaluateOnNewDocument",
+        source="const real = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext ="
+        "function (kind, ...rest) { return /webgl/.test(kind) ? null : real.call(this, kind, ...rest); };",
+    )
+    page.open(files["one"].as_uri() + "#t=0.5")
+    assert page.evaluate("softhand.ready.then(() => softhand.time())") == 0.5
+    assert "shows no 3-D graphics" in page.evaluate("document.body.innerText")
+    assert page.evaluate("document.querySelectorAll('.chart').length") == 20
+
+
+@needs_chromium
+def test_it_shows_in_a_frame(chromium, files):
+    """As in a notebook: a frame around the file shows film and curves, without an error."""
+    around = files["one"].with_name("notebook.html")
+    around.write_text(f"<iframe src='{files['one'].name}' width=1000 height=700></iframe>")
+    page = chromium.page(1100, 800)
+    page.open(around.as_uri())
+    for _ in range(50):
+        picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))[100:500, 100:900]
+        if len(np.unique(picture.reshape(-1, 3), axis=0)) > 200:
+            break
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200 and page.console_errors == []
+
+
+@needs_chromium
+def test_words_of_a_scenario_are_words(chromium, run, tmp_path):
+    """A description with markup is shown, not run."""
+    words = '</script><script>window.broken = 1</script><img src=x onerror="window.broken = 1">'
+    hostile = dataclasses.replace(run, scenario=f"description = '{words}'\n" + run.scenario.split("\n", 1)[1])
+    write_report(tmp_path / "hostile.html", hostile)
+    page = chromium.page()
+    page.open((tmp_path / "hostile.html").as_uri())
+    page.evaluate("softhand.ready.then(() => true)")
+    assert page.evaluate("document.querySelector('h1').textContent") == words
+    assert page.evaluate("window.broken === undefined") and page.console_errors == []
+
+
+# ------------------------------------------------------------------------------------------------------ the file
+
+
+@pytest.mark.parametrize("name", ["one", "two"])
+def test_it_is_small(files, name):
+    """Two seconds of a hand with three fingers take less than 8 MB."""
+    assert files[name].stat().st_size < MOST_BYTES
+
+
+def test_the_curves_are_those_of_the_recording(run):
+    """Each curve of position and torsion, in the unit that its panel names."""
+    data = data_of(report_page([run]))
+    panels = {panel["title"]: panel for block in data["blocks"] for panel in block["panels"]}
+    time = array_of(data, data["runs"][0]["times"])
+    rows = np.searchsorted(run.time, time - 1e-6)
+    assert time[-1] == pytest.approx(run.time[-1])
+    x, desired = (array_of(data, curve["values"]) for curve in panels["x"]["curves"])
+    assert panels["x"]["unit"] == "mm" and np.allclose(x, 1e3 * run.object_position[rows, 0], rtol=1e-6)
+    assert np.allclose(desired, 1e3 * run.object_position_desired[rows, 0], rtol=1e-6)
+    torsion = [array_of(data, curve["values"]) for curve in panels["torsion"]["curves"]]
+    assert np.allclose(np.transpose(torsion), 1e3 * run.contact_force[rows, :, 3], rtol=1e-5, atol=1e-6)
+
+
+def test_the_film_is_that_of_the_recording(run):
+    """Pose of the object and shape of a soft fingertip in the page are those of the scene, to a micrometre."""
+    data, scene = data_of(report_page([run])), RecordedScene(run)
+    film = data["runs"][0]["film"]
+    times = array_of(data, film["times"])
+    k = len(times) // 3
+    updates = scene.frame(int(np.argmin(np.abs(run.time - times[k]))))
+    seen = {"poses": 0, "shapes": 0}
+    for item, update in zip(film["items"], updates, strict=True):
+        if "poses" in item:
+            poses = array_of(data, item["poses"]).reshape(-1, 3, 4)
+            assert np.allclose(poses[k if len(poses) > 1 else 0], update.pose[:3], atol=1e-6)
+            seen["poses"] += len(poses) > 1
+        if "shapes" in item and item["layer"] == "tips":
+            steps = array_of(data, item["shapes"]).reshape(-1, len(times))
+            vertices = array_of(data, item["vertices"]) + item["scale"] * steps[:, : k + 1].sum(axis=1)
+            assert np.allclose(vertices, np.reshape(update.vertices, -1), atol=2e-6)
+            seen["shapes"] += 1
+    assert seen["poses"] > 10 and seen["shapes"] >= 3
+
+
+def test_a_frame_is_the_nearest_sample(run):
+    """60 frames a second of 2 s, first and last among them; at most as many as allowed."""
+    frames = frames_of(run, 60.0, 600)
+    assert len(frames) == 121 and (frames[0], frames[-1]) == (0, len(run) - 1)
+    assert np.allclose(run.time[frames], np.arange(121) / 60.0, atol=0.5e-3 + 1e-9)
+    assert len(frames_of(run, 60.0, 50)) == 50
+    assert frames_of(cut(run, 1), 60.0, 600).tolist() == [0]
+
+
+def test_the_numbers_and_versions_are_there(run, other):
+    """Figures of the summary, scenario and version of each run."""
+    data = data_of(report_page([run, other]))
+    assert data["version"] == softhand.__version__
+    for shown, recording in zip(data["runs"], (run, other), strict=True):
+        rows = softhand.summarize(recording).rows()
+        assert [tuple(fact) for fact in shown["facts"][1:]] == rows
+        assert shown["scenario"] == recording.scenario and shown["version"] == recording.version
+
+
+def test_notes_are_on_the_page(run):
+    """Friction use above 1 is told in words, and its panel is marked."""
+    use = run.friction_use.copy()
+    use[900, 1] = 1.7
+    slipping = dataclasses.replace(run, variables={**run.variables, "friction_use": use})
+    data = data_of(report_page([slipping]))
+    (panel,) = [panel for block in data["blocks"] for panel in block["panels"] if panel["title"] == "friction use"]
+    assert "1.7" in data["runs"][0]["notes"][0] and panel["note"] == "above 1" and panel["limit"] == 1.0
+
+
+def test_one_sample_is_enough(run):
+    """A run that was interrupted at once still gives a page."""
+    assert data_of(report_page([cut(run, 1, complete=False, reason="interrupted", stop_time=0.0)]))["end"] > 0.0
+
+
+@pytest.mark.parametrize(("count", "words"), [(0, "1 to 4 runs, not 0"), (5, "1 to 4 runs, not 5")])
+def test_the_number_of_runs_is_limited(run, tmp_path, count, words):
+    """No run, or more than lines can tell apart."""
+    with pytest.raises(RecordingError, match=words):
+        write_report(tmp_path / "report.html", *[run] * count)
+
+
+def test_an_empty_recording_is_refused(run, tmp_path):
+    """Without a sample there is nothing to show."""
+    with pytest.raises(RecordingError, match="at least one sample"):
+        write_report(tmp_path / "report.html", cut(run, 0))
+
+
+def test_a_recording_without_its_urdfs_is_refused(run, tmp_path):
+    """A file of an older version is told apart in one line; nothing is written."""
+    with pytest.raises(RecordingError, match="URDF"):
+        write_report(tmp_path / "report.html", dataclasses.replace(run, hand_urdf="", object_urdf=""))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_leaves_the_older_report(run, tmp_path, monkeypatch):
+    """The older file stays as it was, and no half of a new one."""
+
+    def fail(path: Path, content: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    (tmp_path / "report.html").write_bytes(b"older")
+    monkeypatch.setattr(Path, "write_bytes", fail)
+    with pytest.raises(RecordingError, match="No space left on device"):
+        write_report(tmp_path / "report.html", run)
+    assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"older"]
+
+
+def test_a_recording_writes_its_report(run, other, tmp_path):
+    """`recording.to_html` is `write_report`, for one run or several."""
+    run.to_html(tmp_path / "one.html", other)
+    write_report(tmp_path / "two.html", run, other)
+    assert (tmp_path / "one.html").read_bytes() == (tmp_path / "two.html").read_bytes()
+
+
+def test_progress_rises_to_the_end(run, other, tmp_path):
+    """From 0 to 1 over all runs."""
+    told = []
+    write_report(tmp_path / "report.html", run, other, progress=told.append)
+    assert told == sorted(told) and told[0] > 0.0 and told[-1] == 1.0
+
+
+# --------------------------------------------------------------------------------------------------- the command
+
+
+def command(*arguments, folder):
+    program = str(Path(sys.executable).with_name("softhand"))
+    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_the_command_writes_beside_the_recording(run, other, tmp_path):
+    """`softhand report` of one run and of two."""
+    run.save(tmp_path / "a.nc")
+    other.save(tmp_path / "b.nc")
+    assert command("report", "a.nc", folder=tmp_path).returncode == 0
+    assert command("report", "a.nc", "b.nc", "--out", "both.html", folder=tmp_path).returncode == 0
+    assert len(data_of((tmp_path / "report.html").read_text("utf-8"))["runs"]) == 1
+    assert len(data_of((tmp_path / "both.html").read_text("utf-8"))["runs"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["missing.nc"], "no such file"),
+        (["text.nc"], "cannot be read as a recording"),
+        (["a.nc", "--out", "nowhere/report.html"], "choose a folder that exists"),
+    ],
+)
+def test_a_mistake_is_one_line(run, tmp_path, arguments, words):
+    """Not a recording, no folder: one message, no traceback, exit code 1."""
+    run.save(tmp_path / "a.nc")
+    (tmp_path / "text.nc").write_text("no recording")
+    result = command("report", *arguments, folder=tmp_path)
+    assert result.returncode == 1 and result.stderr.lstrip().startswith("error:") and "Traceback" not in result.stderr
+    assert words in result.stderr

@@ -1,0 +1,514 @@
+"""The scene of a grasp, and the live page: what is drawn, who can see it, and that nobody waits for it."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+import socket
+import threading
+import time
+import urllib.error
+import urllib.request
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from chromium import needs_chromium, wait_until
+from hands import LAYOUTS, STEPPERS, run
+from tornado.websocket import websocket_connect
+from typer.testing import CliRunner
+
+from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
+from softhand.cli import app
+from softhand.viewer.browser import Browser
+from softhand.viewer.live import Pace, Replay
+from softhand.viewer.palette import SLIPPING, use_colour
+from softhand.viewer.scene import RecordedScene
+from softhand.viewer.stream import encode
+from softhand.viewer.visuals import read_visuals
+
+PORT = 7600
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return simulate(load_scenario("target-a", {"duration": 0.5}))
+
+
+@pytest.fixture(scope="module")
+def scene(recording) -> RecordedScene:
+    return RecordedScene(recording)
+
+
+def updates_of(scene, k):
+    return {item.name: update for item, update in zip(scene.items, scene.frame(k), strict=True)}
+
+
+# ----------------------------------------------------------------------------------------------------------- the scene
+
+
+def test_every_item_has_its_layer_and_one_update_a_frame(scene):
+    """Names are unique, layers known, frames of soft items keep their number of vertices."""
+    names = [item.name for item in scene.items]
+    assert len(set(names)) == len(names)
+    assert {item.layer for item in scene.items} == set(scene.layers)
+    for item, update in zip(scene.items, scene.frame(300), strict=True):
+        assert item.faces.min() >= 0 and item.faces.max() < len(item.vertices)
+        assert item.soft == (update.vertices is not None)
+        if item.soft:
+            assert update.vertices.shape == item.vertices.shape
+            assert np.isfinite(update.vertices).all()
+
+
+@pytest.mark.parametrize("k", [0, 250, 500])
+def test_tips_sit_where_the_recording_has_them(scene, recording, k):
+    """Forward kinematics from the URDF's text agree with what the simulation recorded."""
+    updates = updates_of(scene, k)
+    for i, name in enumerate(recording.labels["contact"]):
+        np.testing.assert_allclose(updates[f"tips/{name}"].pose[:3, 3], recording.tip_position[k, i], atol=1e-12)
+
+
+@pytest.mark.parametrize("k", [0, 250, 500])
+def test_the_flat_part_of_a_tip_lies_on_the_object(scene, recording, k):
+    """No vertex of a tip is inside the object, and the farthest ones are on the contact plane."""
+    updates = updates_of(scene, k)
+    for i, name in enumerate(recording.labels["contact"]):
+        pose, vertices = updates[f"tips/{name}"].pose, updates[f"tips/{name}"].vertices
+        in_world = vertices @ pose[:3, :3].T + pose[:3, 3]
+        depth = (in_world - recording.contact_point[k, i]) @ recording.contact_rotation[k, i][:, 2]
+        assert abs(depth.max()) < 1e-9
+
+
+def test_the_disc_has_the_radius_of_the_contact(scene, recording):
+    """sqrt(r^2 - R^2) with R = r - dr."""
+    updates = updates_of(scene, 400)
+    for i, name in enumerate(recording.labels["contact"]):
+        dr = recording.deformation[400, i, 0]
+        scale = np.linalg.norm(updates[f"tips/{name}_disc"].pose[:3, 0])
+        assert scale == pytest.approx(np.sqrt(0.01**2 - (0.01 - dr) ** 2))
+
+
+def test_arrows_point_along_the_force_on_the_object(scene, recording):
+    """From the contact point, in proportion to the force, the same scale at all contacts."""
+    updates = updates_of(scene, 400)
+    scales = []
+    for i, name in enumerate(recording.labels["contact"]):
+        force = recording.contact_rotation[400, i] @ recording.contact_force[400, i, :3]
+        head = updates[f"forces/{name}_head"].pose
+        tip = head[:3, 3] + head[:3, 2]
+        along = tip - recording.contact_point[400, i]
+        np.testing.assert_allclose(np.cross(along, force), 0.0, atol=1e-12)
+        scales.append(along @ force / (force @ force))
+    assert min(scales) > 0.0
+    assert max(scales) == pytest.approx(min(scales))
+
+
+def test_colours_tell_the_friction_use():
+    """Green without, red at the limit, dark beyond it and where a tip pulls."""
+    red = [use_colour(use)[0] for use in (0.0, 0.25, 0.5)]
+    green = [use_colour(use)[1] for use in (0.5, 0.75, 1.0)]
+    assert red == sorted(red) and green == sorted(green, reverse=True)
+    assert use_colour(1.01) == use_colour(np.inf) == use_colour(np.nan) == SLIPPING
+
+
+def test_torsion_gauges_turn_with_the_sign_of_the_torsion(scene, recording):
+    """The arc is right-handed about the normal into the object; its frame is the contact's."""
+    k = 500
+    updates = updates_of(scene, k)
+    torsion = recording.contact_force[k, :, 3]
+    assert torsion.min() < 0.0 < torsion.max()
+    for i, name in enumerate(recording.labels["contact"]):
+        rings = updates[f"torsion/{name}"].vertices.reshape(-1, 8, 3).mean(axis=1)
+        turned = np.sum(np.cross(rings[:-1], rings[1:])[:, 2])
+        assert np.sign(turned) == np.sign(torsion[i])
+        np.testing.assert_array_equal(updates[f"torsion/{name}"].pose[:3, :3], recording.contact_rotation[k, i])
+
+
+def test_trails_end_at_the_contact(scene, recording):
+    """The ribbon's last two vertices lie beside the contact point on the object's face, its first at the start's."""
+    updates = updates_of(scene, 500)
+    for i, name in enumerate(recording.labels["contact"]):
+        trail = updates[f"trails/{name}"]
+        middle = trail.vertices[-2:].mean(axis=0) @ trail.pose[:3, :3].T + trail.pose[:3, 3]
+        assert np.linalg.norm(middle - recording.contact_point[500, i]) < 1.1e-3
+
+
+def test_the_ghost_is_at_the_desired_pose(scene, recording):
+    """Object and ghost have the same shape at two poses."""
+    updates = updates_of(scene, 300)
+    np.testing.assert_allclose(updates["desired/body_0"].pose[:3, 3], recording.object_position_desired[300])
+    np.testing.assert_allclose(updates["object/body_0"].pose[:3, 3], recording.object_position[300])
+    shapes = {item.name: item.vertices for item in scene.items}
+    np.testing.assert_array_equal(shapes["desired/body_0"], shapes["object/body_0"])
+
+
+def test_internal_forces_join_the_contacts_of_their_pair(scene, recording):
+    """Line "23" goes from contact 2 to contact 3."""
+    pose = updates_of(scene, 100)["internal/23"].pose
+    np.testing.assert_allclose(pose[:3, 3], recording.contact_point[100, 1])
+    np.testing.assert_allclose(pose[:3, 3] + pose[:3, 2], recording.contact_point[100, 2])
+
+
+def test_the_bounds_hold_everything(scene):
+    """Each vertex of hand and object lies in the sphere, which is not far too large."""
+    farthest = 0.0
+    for k in (0, 250, 500):
+        for item, update in zip(scene.items, scene.frame(k), strict=True):
+            if item.layer in ("links", "base", "object", "tips"):
+                vertices = item.vertices if update.vertices is None else update.vertices
+                place = vertices @ update.pose[:3, :3].T + update.pose[:3, 3]
+                farthest = max(farthest, np.linalg.norm(place - scene.bounds.centre, axis=1).max())
+    assert 0.9 * scene.bounds.radius < farthest < 1.01 * scene.bounds.radius
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_any_hand_is_drawn_from_its_recording(make_task, name):
+    """Two or four fingers, a wrist, continuous joints, canted tips; without visuals bones stand for the links."""
+    recording = run(make_task(name), STEPPERS["midpoint"](step=1e-3), 0.02)
+    scene = RecordedScene(recording)
+    updates = updates_of(scene, len(recording) - 1)
+    assert any(item.layer == "links" for item in scene.items)
+    assert any(item.layer == "object" for item in scene.items)
+    for i, tip in enumerate(recording.labels["contact"]):
+        np.testing.assert_allclose(updates[f"tips/{tip}"].pose[:3, 3], recording.tip_position[-1, i], atol=1e-12)
+
+
+def test_a_tip_may_be_any_frame(scene):
+    """Named by the fixed joint that carries its link: the link's rigid shape stays away, its colour is used."""
+    mounts = [f"finger_{k}_tip_mount" for k in (1, 2, 3)]
+    other = RecordedScene(simulate(load_scenario("target-a", {"duration": 0.01, "hand.tips": mounts})))
+    assert len(other.items) == len(scene.items)
+    colours = {item.colour for item in other.items if item.name.endswith("tip_mount") and item.layer == "tips"}
+    assert colours == {item.colour for item in scene.items if item.name == "tips/finger_1_tip"}
+
+
+MESH_URDF = """<robot name="m"><link name="a">
+  <visual><geometry><mesh filename="{file}" scale="2 2 2"/></geometry></visual>
+  <visual><geometry><mesh filename="package://none/there.stl"/></geometry></visual>
+</link></robot>"""
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize("file", ["meshes/t.obj", "package://robot/meshes/t.obj"])
+def test_meshes_are_drawn_if_they_can_be_read(tmp_path, file):
+    """Beside the URDF, or in the folder of its package; the others are named."""
+    folder = tmp_path / "robot"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "t.obj").write_text(OBJ)
+    visuals, unread = read_visuals(MESH_URDF.format(file=file), folder)
+    assert unread == ["package://none/there.stl"]
+    assert visuals[0].mesh.vertices.max() == pytest.approx(2.0)
+    assert len(visuals[0].mesh.faces) == 4
+
+
+# -------------------------------------------------------------------------------------------------------- the recording
+
+
+def test_recordings_carry_the_urdfs(recording, tmp_path):
+    """The texts that were loaded, bit for bit through a file; a long one too."""
+    recording = dataclasses.replace(recording, object_urdf=recording.object_urdf + f"<!--{'ä' * 100_000}-->")
+    recording.save(tmp_path / "run.nc")
+    loaded = Recording.load(tmp_path / "run.nc")
+    assert "finger_1_abduction" in loaded.hand_urdf
+    assert (loaded.hand_urdf, loaded.object_urdf) == (recording.hand_urdf, recording.object_urdf)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [({"hand_urdf": ""}, "URDFs"), ({"variables": {"time": np.zeros(0)}}, "no samples"),
+     ({"variables": {"time": np.zeros(1)}}, "lacks joint_position")],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_refused_with_its_reason(recording, changes, said):
+    """An old file, an empty run, missing arrays."""
+    with pytest.raises(RecordingError, match=said):
+        RecordedScene(dataclasses.replace(recording, **changes))
+
+
+# ----------------------------------------------------------------------------------------------------------- the server
+
+
+def read(address: str) -> str:
+    with urllib.request.urlopen(address, timeout=10) as answer:
+        return answer.read().decode()
+
+
+@pytest.fixture
+def replay(recording):
+    with view(recording, port=PORT) as replay:
+        yield replay
+
+
+def test_the_page_is_seen_from_this_machine_alone(replay):
+    """The port of another address of the same machine is closed."""
+    assert "<canvas" in read(replay.address)
+    with pytest.raises(OSError):
+        socket.create_connection(("127.0.0.2", replay._server.port), timeout=2).close()
+
+
+def test_a_busy_port_gives_the_next_and_says_so(recording, replay):
+    """Two viewers at once."""
+    with view(recording, port=replay._server.port) as second:
+        assert second._server.port > replay._server.port
+        assert f"port {replay._server.port} is busy" in second.notice
+        assert "busy" not in replay.notice or replay._server.asked_port != replay._server.port
+
+
+@pytest.mark.parametrize("host", ["203.0.113.7", "no host of this name"])
+def test_a_host_that_cannot_be_listened_on_is_named(recording, host):
+    """Another machine's address; no address."""
+    with pytest.raises(SofthandError, match=f"{host}.*--host"):
+        view(recording, host=host, port=PORT)
+
+
+def test_a_closed_viewer_frees_its_port(recording):
+    """And closing twice is no error."""
+    first = view(recording, port=PORT)
+    first.close()
+    first.close()
+    with pytest.raises(urllib.error.URLError):
+        read(first.address)
+    with view(recording, port=first._server.port) as second:
+        assert second.address == first.address
+
+
+def test_the_page_has_no_address_of_another_machine(replay):
+    """Page, style and scripts of ours name none, and the policy would stop it."""
+    for name in ("", "live.css", "live.js", "stage.js"):
+        assert "http" not in read(replay.address + name).replace("http://www.w3.org/2000/svg", "").replace("https:", "")
+    with urllib.request.urlopen(replay.address) as answer:
+        assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
+
+
+def test_a_frame_is_all_numbers_of_its_updates(scene, recording):
+    """Time, 16 numbers an item, vertices of the soft items."""
+    updates = scene.frame(7)
+    numbers = np.frombuffer(encode(scene, 0.007, updates), "<f4")
+    rows = numbers[1 : 1 + 16 * len(updates)].reshape(-1, 16)
+    assert numbers[0] == np.float32(0.007)
+    soft = [update.vertices for item, update in zip(scene.items, updates, strict=True) if item.soft]
+    np.testing.assert_array_equal(numbers[1 + rows.size :], np.concatenate(soft).astype("<f4").reshape(-1))
+    for row, update in zip(rows, updates, strict=True):
+        np.testing.assert_array_equal(row[:12].reshape(3, 4), update.pose[:3].astype("<f4"))
+        assert bool(row[15]) == update.visible
+
+
+def stream(address: str, frames: int, during=lambda: None) -> list[bytes]:
+    """Frames that a page gets which asks for so many, then for no more while something runs."""
+
+    async def talk():
+        socket = await websocket_connect(address.replace("http", "ws") + "stream")
+        got = []
+        for _ in range(frames):
+            await socket.write_message("next")
+            got.append(await asyncio.wait_for(socket.read_message(), 10))
+        await asyncio.get_running_loop().run_in_executor(None, during)
+        socket.close()
+        return got
+
+    return asyncio.run(talk())
+
+
+def test_a_page_that_never_asks_again_is_sent_nothing_and_stops_nobody(recording):
+    """The simulation goes on at its speed; one frame was drawn, all others were dropped."""
+    simulation = build(load_scenario("target-a"))
+    drawn = []
+    with Viewer(simulation, port=PORT) as viewer:
+        draw = viewer._scene.draw
+        viewer._scene.draw = lambda *args: drawn.append(1) or draw(*args)
+
+        assert len(stream(viewer.address, 1, lambda: simulation.run(watch=viewer.show))) == 1
+        assert len(drawn) == 1
+        assert simulation.time == 2.0
+        assert viewer._count > 1
+
+
+def test_showing_costs_next_to_nothing(recording):
+    """A thousand calls of show in less than the time of thirty drawings, with no page and between two pictures."""
+    simulation = build(load_scenario("target-a", {"duration": 0.5}))
+    observation = simulation.sample()
+    with Viewer(simulation, port=PORT) as viewer:
+        viewer.show(observation)
+        begin = time.perf_counter()
+        for _ in range(1000):
+            viewer.show(observation)
+        shown = time.perf_counter() - begin
+        begin = time.perf_counter()
+        for _ in range(30):
+            viewer._count += 1
+            viewer._render()
+        assert shown < time.perf_counter() - begin
+
+
+def test_watching_changes_nothing(recording):
+    """A run with a viewer is bit-equal to one without."""
+    simulation = build(load_scenario("target-a", {"duration": 0.1}))
+    alone = simulation.run()
+    with Viewer(simulation, port=PORT) as viewer:
+        watched = simulation.run(watch=viewer.show)
+    for name, array in alone.variables.items():
+        np.testing.assert_array_equal(watched[name], array)
+
+
+def test_pace_holds_a_run_back_to_the_clock():
+    """0.2 s of simulated time at twice real time take 0.1 s."""
+    pace, begin = Pace(2.0), time.perf_counter()
+    for k in range(21):
+        pace.wait(0.01 * k)
+    assert time.perf_counter() - begin == pytest.approx(0.1, abs=0.03)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
+def test_a_speed_must_be_above_zero(recording, speed):
+    """Named with its value."""
+    with pytest.raises(SofthandError, match="speed: got"):
+        Replay(recording, speed=speed, port=PORT)
+
+
+def test_a_replay_plays_stops_and_is_wound(recording):
+    """By the clock, and by what the page asks for."""
+    with view(recording, port=PORT) as replay:
+        replay._obey({"playing": False, "time": 0.3})
+        time.sleep(0.05)
+        assert replay.time == 0.3
+        first = np.frombuffer(replay._render()[1], "<f4")[0]
+        assert first == pytest.approx(0.3)
+        replay._obey({"playing": True})
+        time.sleep(0.05)
+        assert 0.34 < replay.time <= 0.5
+
+
+def test_a_replay_that_plays_once_ends(recording):
+    """wait returns when the end is reached."""
+    with view(recording, speed=10.0, once=True, port=PORT) as replay:
+        waiter = threading.Thread(target=replay.wait, daemon=True)
+        waiter.start()
+        waiter.join(5.0)
+        assert replay.ended and not waiter.is_alive()
+
+
+def test_a_replay_begins_again(recording):
+    """After a rest at the end."""
+    with view(recording, speed=100.0, port=PORT) as replay:
+        replay.play()
+        seen = []
+        wait_until(lambda: seen.append(replay.time) or any(b < a for a, b in pairwise(seen)))
+        assert max(seen) == 0.5
+        assert not replay.ended
+
+
+def test_notebooks_show_the_page_in_a_frame(replay):
+    """_repr_html_ is what Jupyter asks for."""
+    assert f'<iframe src="{replay.address}"' in replay._repr_html_()
+
+
+# --------------------------------------------------------------------------------------------------------- the commands
+
+
+def test_simulate_view_writes_the_same_results(tmp_path):
+    """And prints where the page is."""
+    command = ["simulate", "--view", "--no-open", "--no-plot", "--duration", "0.05", "--port", str(PORT)]
+    result = CliRunner().invoke(app, [*command, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert "viewer at http://127.0.0.1:" in result.output
+    assert Recording.load(tmp_path / "run.nc").complete
+
+
+def test_view_plays_an_incomplete_recording_as_far_as_it_goes(recording, tmp_path):
+    """And says why it ends."""
+    part = dataclasses.replace(recording, complete=False, reason="interrupted at t = 0.5 s", stop_time=0.5)
+    part.save(tmp_path / "run.nc")
+    result = CliRunner().invoke(app, ["view", str(tmp_path / "run.nc"), "--once", "--no-open", "--speed", "20"])
+    assert result.exit_code == 0, result.output
+    assert "plays to 0.5 s: interrupted" in result.output
+
+
+def test_view_names_a_file_that_is_no_recording(tmp_path):
+    """One error of ours, with the file."""
+    (tmp_path / "x.nc").write_text("no recording")
+    result = CliRunner().invoke(app, ["view", str(tmp_path / "x.nc"), "--no-open"])
+    assert isinstance(result.exception, RecordingError)
+    assert "x.nc" in str(result.exception)
+
+
+# -------------------------------------------------------------------------------------------------- in a real Chromium
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser() as browser:
+        yield browser
+
+
+def picture(page, replay, moment: float) -> bytes:
+    """The canvas at a time of the replay."""
+    replay._obey({"playing": False, "time": moment})
+    near = f"Math.abs(document.body.dataset.time - {moment}) < 1e-3"
+    assert wait_until(lambda: page.evaluate(near))
+    return page.evaluate("document.getElementById('stage').toDataURL()")
+
+
+@needs_chromium
+def test_the_page_shows_a_picture_that_changes_with_time(browser, replay):
+    """Not blank, another one later, the same one again; no error, no request to another machine."""
+    page = browser.page(900, 700)
+    page.open(replay.address)
+    first, later, again = (picture(page, replay, moment) for moment in (0.05, 0.5, 0.05))
+    assert first != later and first == again
+    colours = page.evaluate(
+        """(() => {
+          const canvas = document.getElementById('stage'), copy = document.createElement('canvas');
+          [copy.width, copy.height] = [canvas.width, canvas.height];
+          const context = copy.getContext('2d');
+          context.drawImage(canvas, 0, 0);
+          const data = context.getImageData(0, 0, copy.width, copy.height).data, seen = new Set();
+          for (let k = 0; k < data.length; k += 4) seen.add(data[k] << 16 | data[k + 1] << 8 | data[k + 2]);
+          return seen.size;
+        })()"""
+    )
+    assert colours > 500
+    assert page.console_errors == []
+    assert {address.split("/")[2] for address in page.requests} == {f"127.0.0.1:{replay._server.port}"}
+
+
+@needs_chromium
+def test_each_layer_has_a_switch_that_works(browser, replay, scene):
+    """Switching a layer off changes the picture, switching it on brings it back."""
+    page = browser.page(900, 700)
+    page.open(replay.address)
+    picture(page, replay, 0.5)
+    page.evaluate("softhand.stage.setLayer('forces', false)")  # an arrow hides the trail below it from here
+    before = page.evaluate("document.getElementById('stage').toDataURL()")
+    keys = page.evaluate("[...document.querySelectorAll('[data-layer]')].map((box) => box.dataset.layer)")
+    assert keys == list(scene.layers)
+    for key in set(keys) - {"forces"}:
+        page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
+        assert page.evaluate("document.getElementById('stage').toDataURL()") != before, key
+        page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
+    assert page.evaluate("document.getElementById('stage').toDataURL()") == before
+
+
+@needs_chromium
+def test_the_page_winds_the_replay(browser, replay):
+    """The slider stops it there, the button plays on."""
+    page = browser.page(900, 700)
+    page.open(replay.address)
+    assert wait_until(lambda: page.evaluate("document.body.dataset.time !== undefined"))
+    page.evaluate("(() => { const w = document.getElementById('wind'); w.value = 0.2; w.oninput(); })()")
+    assert wait_until(lambda: replay.time == pytest.approx(0.2))
+    page.evaluate("document.getElementById('play').click()")
+    assert wait_until(lambda: replay.time > 0.25)
+
+
+@needs_chromium
+def test_a_running_simulation_is_shown_until_its_end(browser):
+    """The page has the last state shown when the viewer closes, and says that the run has ended."""
+    simulation = build(load_scenario("target-a", {"duration": 0.2}))
+    page = browser.page(600, 500)
+    with Viewer(simulation, port=PORT) as viewer:
+        page.open(viewer.address)
+        assert viewer._server.opened.wait(10)
+        pace = Pace()
+        simulation.run(watch=lambda seen: (viewer.show(seen), pace.wait(seen.time)))
+    assert wait_until(lambda: page.evaluate("document.getElementById('message').textContent") == "The run has ended.")
+    assert page.evaluate("Number(document.body.dataset.time)") > 0.17
+    assert page.console_errors == []
