@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import sys
 
-from softhand.commands import identify, lyapunov, names, plot, remark3, reproduce, simulate, stability  # noqa: F401  each adds its command
+from softhand.commands import identify, lyapunov, names, plot, remark3, reproduce, simulate, stability, workspace  # noqa: F401  each adds its command
 from softhand.commands.app import app
 from softhand.commands.console import error_console, escape
 from softhand.errors import SofthandError

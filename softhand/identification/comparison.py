@@ -112,8 +112,8 @@ def _score(
 ) -> Score:
     folds = int(parts.max()) + 1
     held_out = np.full_like(measurements.force, np.nan)
-    size = np.sqrt(np.nanmean(np.where(np.isnan(measurements.force), np.nan, measurements.force) ** 2, axis=0)) \
-        if len(measurements) else np.full(4, np.nan)  # fmt: skip
+    there = np.isfinite(measurements.force)
+    size = _rms(measurements.force, there)
     try:
         whole = fit_law(measurements, law_class, radius, fixed)
         fitted = sum(estimate.is_fitted for estimate in whole.estimates)
@@ -128,13 +128,17 @@ def _score(
         nothing = np.full(4, np.nan)
         return Score(name, 0, nothing, math.inf, np.full(folds, math.inf), str(error))
     share = (held_out / size) ** 2
-    there = np.isfinite(measurements.force)
     measured = there.any(axis=0)
     weight = np.where(there, 1.0 / (measured.sum() * np.maximum(there.sum(axis=0), 1)), 0.0)
     squares = np.array([np.nansum((weight * share)[parts == fold]) for fold in range(folds)])
-    error = np.array([np.sqrt(np.mean(column[rows] ** 2)) if rows.any() else np.nan
-                      for column, rows in zip(held_out.T, there.T, strict=True)])  # fmt: skip
-    return Score(name, fitted, error, math.sqrt(squares.sum()), folds * squares)
+    return Score(name, fitted, _rms(held_out, there), math.sqrt(squares.sum()), folds * squares)
+
+
+def _rms(values: Array, there: NDArray[np.bool_]) -> Array:
+    """Root mean square of each column where it is there; NaN where it is not, shape (4,)."""
+    squares = np.where(there, values, 0.0) ** 2
+    count = there.sum(axis=0)
+    return np.where(count > 0, np.sqrt(squares.sum(axis=0) / np.maximum(count, 1)), np.nan)
 
 
 def _marked(score: Score, best: Score) -> Score:

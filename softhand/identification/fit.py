@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _REWEIGHTINGS = 8
 _POLISHED = 5  # of the starts
-_SILENT = 1e-12  # a coefficient that moves the forces less than this share of them is not seen
+_SILENT = 1e-10  # a coefficient that moves the forces less than this share of them is not seen
 _SINGULAR = 1e-7  # singular values of the scaled slope below this share of the largest count as zero
 _SHARE = 0.05  # of a direction that the data do not see, from which a coefficient belongs to it
 _NOISELESS = 1e-13  # residuals below this share of the forces are rounding
@@ -125,8 +125,9 @@ def fit_law(
     for Fr. A component weighs as the inverse square of the scatter of its own residuals, so that forces in N and
     moments in N m stand beside each other; a coefficient that acts on one component only gets the value of the paper's
     J. Where the law is linear in all coefficients this is one linear solve, else scipy's least_squares from several
-    starts. Intervals are those of linearised least squares with Student's t; degrees of freedom by
-    Welch and Satterthwaite where several components tell of one coefficient.
+    starts. Intervals are those of linearised least squares with Student's t. Where several components tell of one
+    coefficient, the degrees of freedom are those of Welch and Satterthwaite, and the variance is raised for the weights
+    being estimates themselves [P. Meier, Variance of a weighted mean, Biometrics 9, 1953].
 
     Args:
         measurements: at least as many numbers as coefficients.
@@ -252,7 +253,8 @@ def _solve_linear(model: Model, weight: Array, point: Array) -> Array:
     solution = np.linalg.lstsq(A / scale, b, rcond=_SINGULAR)[0] / scale
     lower, upper = model.lower[linear], model.upper[linear]
     if np.any(solution < lower) or np.any(solution > upper):
-        solution = lsq_linear(A / scale, b, (lower * scale, upper * scale), tol=1e-14).x / scale
+        with np.errstate(invalid="ignore"):  # scipy multiplies infinite bounds by zero
+            solution = lsq_linear(A / scale, b, (lower * scale, upper * scale), tol=1e-14).x / scale
     values[linear] = solution
     return values
 
@@ -276,10 +278,11 @@ def _polish(model: Model, weight: Array, point: Array) -> Array:
 
 def _not_told(model: Model, values: Array, weight: Array) -> dict[Coefficient, str]:
     """Coefficients that the data do not tell, with the reason."""
-    A = weight[model.component, None] * model.slope(values)
-    size = float(np.linalg.norm(weight[model.component] * model.measured))
-    scale = np.where(np.abs(values) > 0.0, np.abs(values), 1.0)
-    silent = np.linalg.norm(A, axis=0) * scale <= _SILENT * size
+    slope = model.slope(values)
+    A = weight[model.component, None] * slope
+    largest = np.max(np.abs(slope * values) / np.max(np.abs(model.measured), initial=1e-300), axis=0, initial=0.0)
+    # a linear coefficient that is not seen leaves exact zeros, the differences of another one leave rounding
+    silent = np.where(model.linear, ~slope.any(axis=0), largest <= _SILENT)
     lost = {
         coefficient: "not told: no measured number depends on it"
         for coefficient, is_silent in zip(model.free, silent, strict=True)
@@ -320,6 +323,8 @@ def _intervals(model: Model, values: Array, weight: Array, level: float) -> tupl
     freedom = _freedom(model, values, weight)
     share = np.sum(parts**2 / freedom[:, None], axis=0)
     effective = np.where(share > 0.0, variance**2 / np.where(share > 0.0, share, 1.0), 1.0)
+    told_by = parts / np.where(variance > 0.0, variance, 1.0)
+    variance = variance * (1.0 + 4.0 * np.sum(told_by * (1.0 - told_by) / freedom[:, None], axis=0))  # [Meier]
     half = stdtrit(effective, 0.5 + 0.5 * level) * np.sqrt(variance)
     return values - half, values + half
 

@@ -110,6 +110,7 @@ class Model:
         self.lower = np.array([coefficient.lower for coefficient in self.free])
         self.upper = np.array([coefficient.upper for coefficient in self.free])
         self.linear = self._find_linear()
+        self._slope: Array | None = None
 
     def forces(self, values: Array) -> Array:
         """Forces of the law where they were measured, shape (m,)."""
@@ -137,6 +138,8 @@ class Model:
 
     def slope(self, values: Array) -> Array:
         """Derivatives of `forces`, exact for linear coefficients, else by central differences, shape (m, p)."""
+        if self._slope is not None:
+            return self._slope
         columns = []
         for k, value in enumerate(values):
             size = max(abs(value), 1e-6)
@@ -145,7 +148,10 @@ class Model:
             upper[k] += step
             lower[k] -= 0.0 if self.linear[k] else step
             columns.append((self.forces(upper) - self.forces(lower)) / (upper[k] - lower[k]))
-        return np.column_stack(columns) if columns else np.zeros((len(self.measured), 0))
+        slope = np.column_stack(columns) if columns else np.zeros((len(self.measured), 0))
+        if self.linear.all():
+            self._slope = slope  # the same for all values
+        return slope
 
     def starts(self) -> list[Array]:
         """Values to begin from: defaults where there are some, else a net; linear coefficients are 1."""
