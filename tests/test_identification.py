@@ -225,7 +225,9 @@ def write(folder, text):
 
 def test_units_are_those_of_the_header(tmp_path):
     """The same row in two sets of units is the same measurement; the radius too."""
-    one = read_measurements([write(tmp_path, "# radius [mm] = 12\nphi [deg],dr [mm],dphi [deg],Fphi [N mm]\n60,3,10,25\n")])
+    one = read_measurements(
+        [write(tmp_path, "# radius [mm] = 12\nphi [deg],dr [mm],dphi [deg],Fphi [N mm]\n60,3,10,25\n")]
+    )
     two = read_measurements(
         [write(tmp_path, f"# radius = 0.012 m\nFphi [Nm];dphi [rad];dr [m];phi [rad]\n.025;{pi / 18};.003;{pi / 3}\n")]
     )
@@ -304,7 +306,9 @@ def test_the_example_is_what_its_script_makes_and_says_so():
 
 
 @pytest.mark.parametrize(
-    ("law", "best"), [(make_law(), "nakashima"), (Hertz(radius=RADIUS, E=3e5, nu=0.45), "hertz")], ids=["paper", "Hertz"]
+    ("law", "best"),
+    [(make_law(), "nakashima"), (Hertz(radius=RADIUS, E=3e5, nu=0.45), "hertz")],
+    ids=["paper", "Hertz"],
 )
 def test_the_law_that_made_the_data_foretells_them_best(law, best):
     """Cross-validation finds the law behind the data, with an error of the size of the noise."""
@@ -333,7 +337,9 @@ def test_a_law_is_tested_on_settings_that_it_has_not_seen():
             """See the class."""
             return (a, b, c, d, e)[round(1e3 * dr) - 1], 0.0, 0.0, 0.0
 
-    data = measure(make_law(), [(0, 80, dr, 0.0) for dr in (1, 2, 3, 4, 5)] * 3, (0.1, 0, 0, 0), np.random.default_rng(0))
+    data = measure(
+        make_law(), [(0, 80, dr, 0.0) for dr in (1, 2, 3, 4, 5)] * 3, (0.1, 0, 0, 0), np.random.default_rng(0)
+    )
     scores = {score.name: score for score in compare_laws(data, {"table": Table, "nakashima": Nakashima}, RADIUS)}
     assert scores["nakashima"].total < 0.05 < 0.9 < scores["table"].total
 

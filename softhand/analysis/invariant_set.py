@@ -1,4 +1,4 @@
-"""What may still move where the fingers stand still: L of (60), and the stiffness of the contacts as the object sees it.
+"""What may still move where the fingers stand still: L of (60), and the contact stiffness as the object sees it.
 
 The proof of [Nakashima] Theorem 1 ends with K_O (q_O - q_Od) = N_O - F_O (71) while q_F' = 0. Its derivative with (43)
 is L (q_O', delta') = 0, so that nothing moves if L is nonsingular. F_O depends on q_O, delta and eta, and with q_F' = 0
@@ -82,7 +82,7 @@ def examine(probe: Probe, seen: Observation, K_O: Array) -> InvariantSet:
     weight = -inertia.mass * probe.plant.world.model.gravity.linear
 
     def load(q_O: Array) -> Array:
-        lever = np.cross(rotation_of(q_O[3:]) @ inertia.lever, weight)
+        lever = np.cross(rotation_of(q_O[3:].tolist()) @ inertia.lever, weight)
         return euler_map(q_O[3:]).T @ np.concatenate([weight, lever])
 
     by_q, by_delta, by_eta = np.zeros((6, 6)), np.zeros((6, 4 * nc)), np.zeros((6, 5 * nc))
@@ -175,7 +175,7 @@ def _contact_maps(plane: _Plane, q_O: Array, delta: Array, eta: Array) -> tuple[
     second = np.cross(plane.normal, plane.tangent)
     R_CO_CF = np.zeros((3, 3))
     R_CO_CF[:2, :2], R_CO_CF[2, 2] = R_psi, -1.0
-    R_BO = rotation_of(q_O[3:])
+    R_BO = rotation_of(q_O[3:].tolist())
     R_BC = R_BO @ np.column_stack([plane.tangent, second, plane.normal]) @ R_CO_CF
     arm = R_BO @ (plane.offset * plane.normal + eta[2] * plane.tangent + eta[3] * second)
     D_O = np.zeros((6, 6))

@@ -107,7 +107,7 @@ class Workspace:
                     finger=self.names[i], quantity="reach", value=gap,
                 )  # fmt: skip
         arm.move(angles)
-        outward = self._normals @ rotation_of(self.start[3:]).T
+        outward = self._normals @ rotation_of(self.start[3:].tolist()).T
         self._sides = np.array([-(arm.tip(i)[1].T @ normal)[1:] for i, normal in enumerate(outward)])
         chains = [finger_chain(world, i, angles) for i in range(len(self.names))]
         width = max(len(columns) for _, columns in chains)
@@ -123,7 +123,7 @@ class Workspace:
 
     def _centres(self, q_O: Array) -> Array:
         """Centres of the tips at a pose [m], shape (nc, 3)."""
-        rotation = rotation_of(q_O[3:])
+        rotation = rotation_of(q_O[3:].tolist())
         return q_O[:3] + (self._points + self._radius * self._normals) @ rotation.T
 
     def judge(self, poses: ArrayLike) -> Verdicts:
@@ -238,7 +238,7 @@ class Workspace:
         return held / len(poses), {why: count / len(poses) for why, count in ordered}
 
     def largest_box(self, position: float = PAPER_POSITION, angle: float = PAPER_ANGLE, samples: int = 4096) -> float:
-        """Factor on a box of poses at which the first of some spread poses and the corners cannot be held; at most 1."""
+        """Largest factor, up to 1, on a box of poses within which all of some spread poses and the corners are held."""
         moves = np.array([position] * 3 + [angle] * 3) * _spread(samples)
         low, high = 0.0, 1.0
         if self.judge(self.start + moves).held.all():

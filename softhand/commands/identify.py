@@ -44,10 +44,10 @@ def identify(
     out: Out = None,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a fingertip law to measured forces; writes fit.png and fingertip.toml, and says which law foretells best.
+    r"""Fit a fingertip law to measured forces; writes fit.png and fingertip.toml, and says which law foretells best.
 
     Columns: phi, dr, dtheta, dphi, dpsi and what was measured of Fr, Ftheta, Fphi, Fpsi, each with its unit in square
-    brackets, such as "dr \\[mm],phi \\[deg],Fr \\[N]".
+    brackets, such as "dr \[mm],phi \[deg],Fr \[N]".
     """
     from softhand.identification.fit import fit_law
     from softhand.identification.measurements import EXAMPLE, read_length, read_measurements

@@ -30,6 +30,8 @@ def stability(
     from softhand.scenario_file import parse_override
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
+    K_O = scenario_gains(chosen)
+    loop = linearise(chosen)
     stiffness, gain = np.geomspace(0.3, 30.0, 41), np.geomspace(0.1, 100.0, 61)
     with progress("scanning", float(len(stiffness)), False) as report:
         found = scan(chosen, stiffness.tolist(), gain.tolist(), report)
@@ -37,7 +39,6 @@ def stability(
         draw_scan(found, f"Where regulation is lost, about the start of {Path(scenario).stem}", chosen.control_period),
         out,
     )
-    loop, K_O = linearise(chosen), scenario_gains(chosen)
     held = float(loop.held_growth([K_O], chosen.control_period)[0])
     rows = [
         ("share of the contact stiffness that K_O takes", f"{loop.use:.3g}"),

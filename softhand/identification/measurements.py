@@ -132,7 +132,8 @@ def _read_header(file: Path, cells: Iterable[str]) -> tuple[list[str], list[floa
             raise _bad(file, name, "is missing; add this column, with its unit")
     if not set(known) & set(FORCE):
         raise _bad(file, ", ".join(FORCE), "are all missing; add what was measured, with its unit")
-    scales, units = [], {}
+    scales: list[float] = []
+    units: dict[str, tuple[str, float]] = {}
     for label, name, match in zip(labels, known, split, strict=True):
         kind = COLUMNS[name]
         unit = (match["unit"] or "").strip() if match else ""
@@ -212,9 +213,10 @@ def read_length(text: str, where: str) -> float:
 
 def _check_range(file: Path, found: Measurements, lines: Sequence[int]) -> None:
     """Refuse what no tip can be put at; most often a wrong unit."""
+    degrees = np.degrees(found.phi)
     too_deep = found.deformation[:, 0] >= (found.radius or math.inf)
     checks = (
-        ("phi", (found.phi <= 0.0) | (found.phi >= math.pi), np.degrees(found.phi), "deg; it must be from 0 to 180 deg"),
+        ("phi", (found.phi <= 0.0) | (found.phi >= math.pi), degrees, "deg; it must be from 0 to 180 deg"),
         ("dr", (found.deformation[:, 0] < 0.0) | too_deep, 1e3 * found.deformation[:, 0],
          "mm; it must be from 0 to the radius"),
     )  # fmt: skip

@@ -24,7 +24,7 @@ def coefficient_rows(fit: Fit) -> list[tuple[str, ...]]:
 
 def residual_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Component, scatter of the residuals and of the repeats, for what was measured."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for (name, kind), noise, repeats in zip(FORCE.items(), fit.noise, fit.repeats, strict=True):
         unit, scale = _SHOWN[kind]
         if not math.isnan(noise):

@@ -47,5 +47,5 @@ def find_sweeps(measurements: Measurements, component: int) -> list[Sweep]:
                 series.append(Sweep(component, varied, imposed[rows[0]], rows))
         series.sort(key=lambda sweep: -sweep.held[PHI])
         found += series
-    chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int)) if found else []
-    return [found[k] for k in chosen]
+    spread = np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int)
+    return [found[k] for k in spread]

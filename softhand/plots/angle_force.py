@@ -63,8 +63,8 @@ def draw_angle_force(law: Law, dr: float = 0.003) -> Figure:
             for dphi, color in zip(_DPHI[1:], FINGERS, strict=False)
         ]
         draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")
-        left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.075, "right": 0.985, "top": top - 0.03, "bottom": 0.135,
-                                                         "wspace": 0.22})  # fmt: skip
+        left, right = figure.subplots(1, 2, gridspec_kw={"left": 0.075, "right": 0.985, "top": top - 0.03,
+                                                         "bottom": 0.135, "wspace": 0.22})  # fmt: skip
         tilt = DEGREES * _TILT
         left.plot(tilt, axial_force(law, dr, 0.0, _TILT), color="black", ls=DASHED, lw=1.4, zorder=3)
         for dphi, color in zip(_DPHI[1:], FINGERS, strict=False):

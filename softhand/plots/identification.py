@@ -56,8 +56,8 @@ def draw_fit(fit: Fit, name: str) -> Figure:
         lost = [e.coefficient.name for e in fit.estimates if e.is_fitted is False and not np.isfinite(e.value)]
         top = draw_title(figure, "Identification", f"Not told by the data: {', '.join(lost)}" if lost else "")
         bottom = 0.42 / float(figure.get_figheight())
-        grid = figure.add_gridspec(len(measured), 1, left=0.075, right=0.985, top=top - 0.2 / float(figure.get_figheight()), bottom=bottom,
-                                   hspace=0.5)  # fmt: skip
+        grid = figure.add_gridspec(len(measured), 1, left=0.075, right=0.985, bottom=bottom,
+                                   top=top - 0.2 / float(figure.get_figheight()), hspace=0.5)  # fmt: skip
         for row, component in enumerate(measured):
             _draw_component(figure, grid[row], fit, component)
     return figure

@@ -55,7 +55,7 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
         _draw_energy(energy, lyapunov)
         rate = panel(figure, grid[1], "dV/dt [mW]", "Rate of V")
         rate.plot(lyapunov.time, 1e3 * lyapunov.rate, color="black", lw=1.4, label="by differences of V")
-        rate.plot(lyapunov.time, 1e3 * lyapunov.dissipation, color=FINGERS[0], label="−q̇ᵀ K_v q̇, as (70) has it")
+        rate.plot(lyapunov.time, 1e3 * lyapunov.dissipation, color=FINGERS[0], label="-q̇ᵀ K_v q̇, as (70) has it")
         terms = panel(figure, grid[2], "power [mW]", "What makes the difference", bottom=True)
         for label, (name, color) in _TERMS.items():
             values = 1e3 * getattr(lyapunov, name)
@@ -68,9 +68,9 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
         for axes in (rate, terms):
             _limit(axes)
         left, right = split(grid[3], 1, 2, wspace=0.22)
-        singular = panel(figure, left, "σ_min(L) [SI]", "Assumption 5: L of (60), mended", bottom=True)
-        singular.plot(series.time, series.smallest, color=FINGERS[0])
-        singular.set_ylim(0.0, 1.2 * float(np.max(series.smallest)))
+        singular = panel(figure, left, "least singular value · 10³", "Assumption 5: L of (60), mended", bottom=True)
+        singular.plot(series.time, 1e3 * series.smallest, color=FINGERS[0])
+        singular.set_ylim(0.0, 1.2e3 * float(np.max(series.smallest)))
         use = panel(figure, right, "λ_max(K_c⁻¹ K_O)", "Share of the contact stiffness", bottom=True)
         use.plot(series.time, series.use, color=FINGERS[0])
         use.axhline(1.0, color=WARNING, lw=0.8, ls=DASHED)

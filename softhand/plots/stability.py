@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -30,12 +32,12 @@ def draw_scan(scan: Scan, title: str, period: float) -> Figure:
     """
     with rc_context(STYLE):
         figure = new_figure(4.7)
-        handles: list[Line2D | Patch] = [
+        handles: list[Any] = [
             Line2D([], [], color="black", lw=1.4, ls=DASHED, label="L of (60) singular: λ_max(K_c⁻¹ K_O) = 1"),
             Line2D([], [], color="black", marker="+", ms=8, mew=1.6, ls="", label="the scenario"),
             Patch(facecolor="white", edgecolor="0.5", lw=0.6, label="stable"),
         ]
-        draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")  # type: ignore[arg-type]
+        draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")
         top = draw_title(figure, title) - 0.035
         left, right, bar = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.035), gridspec_kw={
             "left": 0.075, "right": 0.935, "top": top, "bottom": 0.115, "wspace": 0.12})  # fmt: skip
@@ -49,7 +51,8 @@ def draw_scan(scan: Scan, title: str, period: float) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, scan: Scan, growth: NDArray[np.float64]):  # type: ignore[no-untyped-def]
+def _draw(axes: Axes, scan: Scan, growth: NDArray[np.float64]) -> Any:
+    """Growth rates of one panel; returns the mesh."""
     shown = np.ma.masked_less_equal(np.nan_to_num(growth, nan=-1.0), 0.0)
     mesh = axes.pcolormesh(scan.stiffness, scan.gain, shown, norm=LogNorm(_SLOWEST, _FASTEST), cmap="YlOrRd",
                            shading="nearest", rasterized=True)  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -38,9 +40,9 @@ def draw_workspace(
     """
     with rc_context(STYLE):
         figure = new_figure(6.6)
-        handles = [Patch(facecolor=color, label=name) for name, color in _COLORS.items()]
+        handles: list[Any] = [Patch(facecolor=color, label=name) for name, color in _COLORS.items()]
         handles.append(Patch(facecolor="none", edgecolor="black", ls="--", label="±2 cm, ±30° of the paper"))
-        draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")  # type: ignore[arg-type]
+        draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")
         top = draw_title(figure, title)
         grid = figure.add_gridspec(2, 3, left=0.075, right=0.985, top=top - 0.01, bottom=0.07, wspace=0.3, hspace=0.28)
         for k, plane in enumerate(_PLANES):
