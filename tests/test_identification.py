@@ -5,16 +5,19 @@ from __future__ import annotations
 import importlib.util
 from itertools import product
 from math import pi, sqrt
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from hands import REPOSITORY, make_law
 from scipy.stats import binom
 
+from softhand.contact.kinematics import deformation_jacobian
 from softhand.errors import MeasurementError
 from softhand.identification.comparison import compare_laws
 from softhand.identification.fit import fit_law
 from softhand.identification.measurements import EXAMPLE, Measurements, read_length, read_measurements
+from softhand.identification.polar import polar_force
 from softhand.identification.report import toml_snippet
 from softhand.identification.sweeps import find_sweeps
 from softhand.laws.law import Law
@@ -122,6 +125,42 @@ def test_a_law_with_exponents_and_ratios_is_fitted_too(law):
     for name, value in dict(law).items():
         if name != "radius":
             assert fit.estimate(name).value == pytest.approx(value, rel=1e-8)
+
+
+class Sheet(Law):
+    """Springs along the face, in surface coordinates."""
+
+    coordinates: ClassVar[str] = "surface"
+    k: Positive
+    k_turn: Positive
+
+    @staticmethod
+    def force(dr, s1, s2, psi, lean1, lean2, radius, k, k_turn):
+        """See the class."""
+        return 2.0 * k * dr, k * s1, 1.5 * k * (1.0 + lean1 + 2.0 * lean2) * s2, k_turn * psi
+
+
+def test_laws_in_surface_coordinates_answer_to_the_papers_deformation():
+    """Displacement J_delta delta, force J_delta^T C_F, with J_delta of (37), (42); x_F leans along y_C by cos Phi."""
+    delta, Phi, J_delta = np.array([0.002, 0.1, -0.2, 0.15]), 0.9, np.zeros((4, 4))
+    deformation_jacobian(RADIUS - delta[0], np.sin(Phi), np.cos(Phi), J_delta)
+    s_x, s_y, _, psi = J_delta @ delta
+    f_n, f_x, f_y, tau = Sheet.force(delta[0], s_x, s_y, psi, 0.0, np.cos(Phi), RADIUS, 500.0, 0.02)
+    expected = J_delta.T @ [f_x, f_y, f_n, tau]
+    found = polar_force(Sheet, (RADIUS, 500.0, 0.02), (*delta, Phi + delta[2]))
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_law_in_surface_coordinates_is_fitted(rng):
+    """Its coefficients come back from forces about the paper's deformation."""
+    data = measure(make_law(), ALL)
+    imposed = np.column_stack([data.deformation, data.phi])
+    exact = np.array([polar_force(Sheet, (RADIUS, 2500.0, 0.03), row) for row in imposed.tolist()])
+    fit = fit_law(
+        Measurements(data.phi, data.deformation, np.where(np.isnan(data.force), np.nan, exact)), Sheet, RADIUS
+    )
+    assert fit.estimate("k").value == pytest.approx(2500.0, rel=1e-10)
+    assert fit.estimate("k_turn").value == pytest.approx(0.03, rel=1e-10)
 
 
 def test_coefficients_can_be_fixed(rng):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -17,6 +18,7 @@ from softhand.assembly import build, simulate
 from softhand.contact.kinematics import deformation_jacobian
 from softhand.errors import LawError, RecordingError, SofthandError
 from softhand.laws.law import Law
+from softhand.laws.nakashima import Nakashima
 from softhand.plant import State
 from softhand.plots import save_figure
 from softhand.plots.lyapunov import draw_lyapunov
@@ -67,6 +69,20 @@ def moving(task: Task, rng: np.random.Generator) -> State:
     state = random_state(task, rng)
     return State(pin.integrate(task.world.model, start.q, 0.1 * pin.difference(task.world.model, start.q, state.q)),
                  state.v, start.z + 0.3 * (state.z - start.z))  # fmt: skip
+
+
+def test_laws_in_other_coordinates_are_refused(reference):
+    """V and L are stated in the paper's coordinates; another law is named, with what takes it."""
+
+    class Surface(Nakashima):
+        """In other coordinates."""
+
+        coordinates: ClassVar[str] = "surface"
+
+    probe = probe_of(reference)
+    probe.laws = [Surface(**dict(probe.laws[0]))]
+    with pytest.raises(LawError, match=r"Surface.*softhand stability"):
+        probe.require_polar()
 
 
 # ----------------------------------------------------------------------------------------------------- V and its parts
@@ -276,9 +292,11 @@ def test_two_masses_on_a_spring_lose_regulation_at_the_stiffness_of_the_spring()
         assert loop.held_growth([gain], 1e-7)[0] == pytest.approx(loop.growth(gain), abs=2e-3)
 
 
-def test_the_grasp_loses_regulation_near_the_contact_stiffness():
+def test_the_grasp_loses_regulation_near_the_contact_stiffness(reference):
     """Reference grasp, no sampling: all motions die out at K_O of the paper, and not at 1.3 / use times it."""
     loop = linearise(load_scenario("target-a"))
+    probe = probe_of(reference)
+    assert loop.use == pytest.approx(examine(probe, probe.at(reference.grasp.state, 0.0), K_O).use, rel=1e-5)
     assert loop.growth(K_O) < 0.0 < loop.growth(1.3 / loop.use * K_O)
 
 

@@ -125,6 +125,7 @@ def examine_run(
         progress: called with the number of samples passed.
     """
     probe = Probe.of_scenario(recorded_scenario(recording))
+    probe.require_polar()
     world = probe.plant.world
     gains = read_gains(recorded_scenario(recording), world.n_joints, recording.internal_force.shape[1])
     samples = range(0, len(recording), every)

@@ -15,7 +15,6 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from softhand.analysis.invariant_set import examine
 from softhand.analysis.lyapunov import read_gains, regulation
 from softhand.analysis.probe import Probe
 from softhand.assembly import read_grasp, read_law, read_world
@@ -89,17 +88,17 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     gains = read_gains(scenario, world.n_joints, len(force))
     n, nv = world.n_joints, world.model.nv
     seen = probe.at(grasp.state, 0.0)
-    use = examine(probe, seen, gains.K_O).use
     free = replace(gains, K_O=np.zeros(6))
     holding = regulation(seen, free, gains.compensated)[1]
 
     def respond(x: Array) -> Array:
-        """Accelerations under the holding torques, torques of (59) with K_O = 0, and q_O."""
+        """Accelerations under the holding torques, torques of (59) with K_O = 0, q_O, and N_O - F_O."""
         state = _moved(probe, grasp.state, x)
         probe.plant.update(state.q, state.v, state.z)
         acceleration = probe.plant.acceleration(holding, np.zeros(nv))
         seen = probe.at(state, 0.0)
-        return np.concatenate([acceleration, regulation(seen, free, gains.compensated)[1], seen.q_O])
+        return np.concatenate([acceleration, regulation(seen, free, gains.compensated)[1], seen.q_O,
+                               seen.N_O - seen.J_O.T @ seen.contact_force.ravel()])  # fmt: skip
 
     slope = np.column_stack([
         (respond(move) - respond(-move)) / (2.0 * _STEP) for move in _STEP * np.eye(2 * nv)
@@ -110,18 +109,21 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     mass = probe.plant.snapshot.mass_matrix()
     B[nv:] = np.linalg.inv(mass)[:, :n]
     pulls = seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T, rcond=1e-6)
-    pose_feedback = -np.einsum("ik,kj->kij", pulls, slope[nv + n :])
+    by_pose = slope[nv + n : nv + n + 6]
+    pose_feedback = -np.einsum("ik,kj->kij", pulls, by_pose)
+    # the object moved, the fingers held: K_c + dN_O/dq_O of the invariant set, for any law
+    stiffness = np.linalg.solve(by_pose[:, n:nv].T, slope[nv + n + 6 :, n:nv].T).T
+    use = float(np.linalg.eigvals(np.linalg.solve(stiffness, np.diag(gains.K_O))).real.max())
     return Loop(A, B, slope[nv : nv + n], pose_feedback, use)
 
 
 def _moved(probe: Probe, start: State, x: Array) -> State:
     """A state beside another one: the object and the joints moved along x, the memory of the contacts by rolling."""
     nv = len(start.v)
-    probe.at(start, 0.0)
-    jacobian = probe.plant.jacobian @ x[:nv]
-    R, cos_Phi, sin_Phi = (np.array(probe.plant.contacts[name]) for name in ("distance", "cos_Phi", "sin_Phi"))
-    dtheta = jacobian[:, 0] / (R * cos_Phi)
-    rolled = np.column_stack([dtheta, jacobian[:, 1] / R, jacobian[:, 3] - sin_Phi * dtheta])
+    probe.at(State(start.q, x[:nv], start.z), 0.0)
+    rolled = np.array(
+        probe.plant.contacts["deformation_rate"][:, 1:]
+    )  # the rate of the memory is linear in the velocity
     return State(pin.integrate(probe.plant.world.model, start.q, x[:nv]), start.v + x[nv:], start.z + rolled)
 
 

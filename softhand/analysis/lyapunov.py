@@ -198,11 +198,13 @@ def evaluate_run(recording: Recording, progress: Callable[[float], None] | None 
 
     Raises:
         RecordingError: another controller, too short, or the plant cannot be built anew.
+        LawError: the law is not in the paper's coordinates.
     """
     if len(recording) < 3:
         raise RecordingError("The recording is too short: V needs at least three samples.", file=None)
     scenario = recorded_scenario(recording)
     probe = Probe.of_scenario(scenario)
+    probe.require_polar()
     world = probe.plant.world
     gains = read_gains(scenario, world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []

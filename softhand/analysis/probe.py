@@ -9,7 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.assembly import read_law, read_reference, read_world
-from softhand.errors import RecordingError, ScenarioError
+from softhand.errors import LawError, RecordingError, ScenarioError
 from softhand.grasp import faces_of
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
@@ -42,8 +42,8 @@ class Probe:
     def __init__(self, plant: Plant, reference: Reference) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
-        model = plant.world.model
-        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((plant.world.n_tips, 3)))
+        model, n_memory = plant.world.model, getattr(plant, "n_memory", 3)
+        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((plant.world.n_tips, n_memory)))
         self._sensor = Sensor(plant, reference.desired)
 
     @classmethod
@@ -60,6 +60,16 @@ class Probe:
             mine[...] = given
         self.reference.update(time)
         return self._sensor.observe(self._state, time)
+
+    def require_polar(self) -> None:
+        """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
+        for law in self.laws:
+            if getattr(type(law), "coordinates", "polar") != "polar" or self._state.z.shape[1] != 3:
+                raise LawError(
+                    f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, dpsi) "
+                    "without relaxing damping, such as nakashima; `softhand stability` takes any law.",
+                    law=type(law).__name__,
+                )
 
 
 def recorded_scenario(recording: Recording) -> Scenario:

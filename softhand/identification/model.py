@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from softhand.errors import MeasurementError
 from softhand.identification.measurements import Measurements
+from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
 
 Array = NDArray[np.float64]
@@ -131,7 +132,7 @@ class Model:
         result = np.empty((len(settings), 4))
         for k, setting in enumerate(settings.tolist()):
             try:
-                result[k] = self.law_class.force(*setting, *arguments)
+                result[k] = polar_force(self.law_class, arguments, setting)
             except (ArithmeticError, ValueError):  # outside of what the formula can take
                 result[k] = math.nan
         return np.where(np.isfinite(result), result, _BAD)
@@ -193,7 +194,7 @@ class Model:
 def _net(coefficient: Coefficient) -> list[float]:
     lower, upper, default = coefficient.lower, coefficient.upper, coefficient.default
     if default is not None and lower < default < upper and default != 0.0:
-        return [default]
+        return [default, *(value for share in (0.3, 3.0) if lower < (value := share * default) < upper)]
     if math.isfinite(lower) and math.isfinite(upper):
         return [lower + share * (upper - lower) for share in (0.1, 0.37, 0.63, 0.9)]
     powers = [10.0**power for power in range(-6, 10)]

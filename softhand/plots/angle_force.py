@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
+from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
 from softhand.plots.style import DASHED, DEGREES, FINGERS, STYLE, draw_legend, draw_title, from_top, new_figure
 
@@ -40,8 +41,9 @@ def axial_force(law: Law, dr: float, dphi: float, tilt: ArrayLike) -> Array:
 
 
 def _force(law: Law, dr: float, dphi: float, tilt: float) -> float:
-    Phi = 0.5 * math.pi - tilt - dphi
-    Fr, _, Fphi, _ = law([dr, 0.0, dphi, 0.0], Phi)
+    phi = 0.5 * math.pi - tilt
+    Phi = phi - dphi
+    Fr, _, Fphi, _ = polar_force(type(law), law.parameters().tolist(), (dr, 0.0, dphi, 0.0, phi))
     return float(Fr * math.sin(Phi) + Fphi / (law.radius - dr) * math.cos(Phi))
 
 
