@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib.util
 from itertools import product
 from math import pi, sqrt
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
 from hands import REPOSITORY, make_law
+from pydantic import Field
 from scipy.stats import binom
 
 from softhand.contact.kinematics import deformation_jacobian
@@ -242,6 +243,20 @@ def test_a_badly_told_coefficient_is_marked(rng):
     data = measure(make_law(), [(0, 80, dr, 0.0) for dr in (0.1, 0.12, 0.14)], (1.0, 0, 0, 0), np.random.default_rng(1))
     estimate = fit_law(data, Nakashima, RADIUS).estimate("k_r")
     assert "badly told" in estimate.note and estimate.low < 0.0 < estimate.high
+
+
+def test_a_value_at_a_limit_that_the_law_takes_is_held_there():
+    """Data of nu = 0.5 and more: nu is held at the limit 0.5, marked, and E is the best beside it."""
+
+    class Bounded(Hertz):
+        """As Hertz, nu up to 0.5."""
+
+        nu: Annotated[float, Field(ge=0, le=0.5)] = 0.4
+
+    data = measure(Hertz(radius=RADIUS, E=3e5, nu=0.6), ALL)
+    fit = fit_law(data, Bounded, RADIUS)
+    assert (fit.estimate("nu").value, fit.estimate("nu").note) == (0.5, "held at 0.5, a limit of the law")
+    assert fit.estimate("E").value == pytest.approx(fit_law(data, Hertz, RADIUS, {"nu": 0.5}).estimate("E").value)
 
 
 def test_a_wrong_sign_is_refused():

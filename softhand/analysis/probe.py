@@ -66,8 +66,8 @@ class Probe:
         for law in self.laws:
             if getattr(type(law), "coordinates", "polar") != "polar" or self._state.z.shape[1] != 3:
                 raise LawError(
-                    f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, dpsi) "
-                    "without relaxing damping, such as nakashima; `softhand stability` takes any law.",
+                    f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, "
+                    "dpsi) without relaxing damping, such as nakashima; `softhand stability` takes any law.",
                     law=type(law).__name__,
                 )
 

@@ -121,8 +121,13 @@ def _print_comparison(measurements: Measurements, radius: float, law: str, fixed
     except MeasurementError as error:
         console().print(f"[yellow]note:[/] {escape(str(error))}", highlight=False)
         return
-    header = ("law", "fitted", "all", "Fr\n[N]", "Ftheta\n[N mm]", "Fphi\n[N mm]", "Fpsi\n[N mm]", "")
+    header = ("law", "fitted", "all", "Fr\n[N]", "Ftheta\n[N mm]", "Fphi\n[N mm]", "Fpsi\n[N mm]")
     _print_rows("errors at settings that were not fitted (rms)", header, score_rows(scores))
+    for score in scores:
+        if score.failure:
+            console().print(
+                f"[yellow]note:[/] {escape(score.name)} is left out: {escape(score.failure)}", highlight=False
+            )
 
 
 def _print_rows(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
@@ -131,7 +136,7 @@ def _print_rows(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]
 
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     for k, name in enumerate(header):
-        table.add_column(escape(name), no_wrap=k + 1 < len(header))
+        table.add_column(escape(name), no_wrap=k + 1 < len(header) or bool(name))
     for row in rows:
         table.add_row(*map(escape, row))
     console().print(table)

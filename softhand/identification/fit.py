@@ -137,13 +137,14 @@ def fit_law(
         level: of the confidence intervals.
 
     Raises:
-        MeasurementError: nothing to fit, too few numbers, or the best value lies on a limit of the law.
+        MeasurementError: nothing to fit, too few numbers, or the best value lies outside of what the law allows.
     """
     model = Model(measurements, law_class, radius, fixed)
     if not model.free:
         raise MeasurementError(f"{law_class.__name__}: all is fixed, nothing is left to fit.", column="", value=None)
     weight, values = _fit_reweighted(model)
     lost = _not_told(model, values, weight)
+    limited = _at_limits(model, values, lost)
     told = len(model.free) - len(lost)
     if len(model.measured) <= told:
         raise MeasurementError(
@@ -151,13 +152,16 @@ def fit_law(
             "intervals; give more rows.",
             column="", value=len(model.measured),
         )  # fmt: skip
+    if limited:
+        fit = fit_law(measurements, law_class, radius, {**(fixed or {}), **limited}, level)
+        return _with_notes(fit, {name: f"held at {value:g}, a limit of the law" for name, value in limited.items()})
     if any(coefficient.default is not None for coefficient in lost):
         kept = {c.name: c.default for c in lost if c.default is not None}
         fit = fit_law(measurements, law_class, radius, {**(fixed or {}), **kept}, level)
         return _with_notes(
-            fit, {coefficient.name: note for coefficient, note in lost.items() if coefficient.name in kept}
+            fit,
+            {coefficient.name: f"default; {note}" for coefficient, note in lost.items() if coefficient.name in kept},
         )
-    _check_limits(model, values, lost)
     low, high = _intervals(model, values, weight, level)
     estimates = tuple(
         _estimate(model, coefficient, values, low, high, lost) for coefficient in coefficients_of(law_class)
@@ -299,16 +303,26 @@ def _not_told(model: Model, values: Array, weight: Array) -> dict[Coefficient, s
     return lost
 
 
-def _check_limits(model: Model, values: Array, lost: Mapping[Coefficient, str]) -> None:
+def _at_limits(model: Model, values: Array, lost: Mapping[Coefficient, str]) -> dict[str, float]:
+    """Coefficients whose best value is a limit that the law takes, with that limit; an error if it does not take it."""
+    found = {}
     for coefficient, value in zip(model.free, values, strict=True):
         margin = 1e-6 * max(abs(value), 1e-12)
-        if coefficient not in lost and not coefficient.lower + margin < value < coefficient.upper - margin:
-            raise MeasurementError(
-                f"{model.law_class.__name__}: the best {coefficient.name} is {value:.6g}, at a limit of what the law "
-                f"allows ({coefficient.lower:g} to {coefficient.upper:g}). Either the law does not fit the data, or a "
-                f"sign is wrong: positive dr, dtheta, dphi, dpsi give positive {', '.join(FORCE)}.",
-                column=coefficient.name, value=float(value),
-            )  # fmt: skip
+        for limit, is_at, is_closed in (
+            (coefficient.lower, value <= coefficient.lower + margin, coefficient.closed[0]),
+            (coefficient.upper, value >= coefficient.upper - margin, coefficient.closed[1]),
+        ):
+            if not is_at or coefficient in lost:
+                continue
+            if not is_closed:
+                raise MeasurementError(
+                    f"{model.law_class.__name__}: the best {coefficient.name} is {value:.6g}, outside of what the law "
+                    f"allows ({coefficient.lower:g} to {coefficient.upper:g}). Either the law does not fit the data, "
+                    f"or a sign is wrong: positive dr, dtheta, dphi, dpsi give positive {', '.join(FORCE)}.",
+                    column=coefficient.name, value=float(value),
+                )  # fmt: skip
+            found[coefficient.name] = limit
+    return found
 
 
 def _intervals(model: Model, values: Array, weight: Array, level: float) -> tuple[Array, Array]:
@@ -346,7 +360,7 @@ def _estimate(
 def _with_notes(fit: Fit, notes: Mapping[str, str]) -> Fit:
     """The fit with what happened to coefficients that were left at their defaults."""
     noted = (
-        replace(estimate, note=f"default; {notes[name]}") if (name := estimate.coefficient.name) in notes else estimate
+        replace(estimate, note=notes[name]) if (name := estimate.coefficient.name) in notes else estimate
         for estimate in fit.estimates
     )
     return replace(fit, estimates=tuple(noted))

@@ -33,6 +33,7 @@ class Coefficient:
         default: of the field, None without one.
         lower: lowest value that the law takes.
         upper: highest.
+        closed: whether it takes `lower` and `upper` themselves.
         unit: from the docstring of the law, "" if it says none.
     """
 
@@ -40,6 +41,7 @@ class Coefficient:
     default: float | None
     lower: float
     upper: float
+    closed: tuple[bool, bool]
     unit: str
 
 
@@ -54,7 +56,9 @@ def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
         lower = max((float(value) for value, sign in limits if value is not None and sign[0] == "g"), default=-math.inf)
         upper = min((float(value) for value, sign in limits if value is not None and sign[0] == "l"), default=math.inf)
         default = None if field.is_required() else float(field.default)
-        found.append(Coefficient(name, default, lower, upper, units.get(name, "")))
+        signs = [sign for value, sign in limits if value is not None]
+        closed = ("gt" not in signs, "lt" not in signs)
+        found.append(Coefficient(name, default, lower, upper, closed, units.get(name, "")))
     return found
 
 

@@ -33,16 +33,15 @@ def residual_rows(fit: Fit) -> list[tuple[str, ...]]:
 
 
 def score_rows(scores: list[Score]) -> list[tuple[str, ...]]:
-    """Law, number of coefficients, held-out error in all and of each component, verdict."""
+    """Law, number of coefficients, held-out error in all and of each component, for the laws that could be fitted."""
     rows = []
     for score in scores:
         if score.failure:
-            rows.append((score.name, *["-"] * 6, score.failure))
             continue
         errors = ("-" if math.isnan(error) else f"{_SHOWN[kind][1] * error:.3g}"
                   for error, kind in zip(score.error, FORCE.values(), strict=True))  # fmt: skip
-        verdict = "best" if score.is_best else ""
-        rows.append((score.name, f"{score.fitted}", f"{100.0 * score.total:.3g} %", *errors, verdict))
+        name = f"{score.name} (best)" if score.is_best else score.name
+        rows.append((name, f"{score.fitted}", f"{100.0 * score.total:.3g} %", *errors))
     return rows
 
 
