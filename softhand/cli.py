@@ -9,14 +9,19 @@ import signal
 import sys
 
 from softhand.commands import (  # noqa: F401  each adds its command
+    angle_force,
     compare,
     film,
+    identify,
+    lyapunov,
     names,
     plot,
     report,
     reproduce,
     simulate,
+    stability,
     view,
+    workspace,
 )
 from softhand.commands.app import app
 from softhand.commands.console import error_console, escape

@@ -33,6 +33,10 @@ class LawError(SofthandError):
     """A fingertip law is not usable: wrong number of results, not compilable, NaN. Carries `.law`."""
 
 
+class MeasurementError(SofthandError):
+    """Measurements of a fingertip cannot be read, or no law can be fitted to them. Carries `.column` and `.value`."""
+
+
 class SimulationStopped(SofthandError):
     """A run ended before its duration. Carries `.recording` with all that was computed, `.reason` and `.time`."""
 

@@ -1,0 +1,98 @@
+"""The plant of a scenario or of a recording at any state, without simulating."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from softhand.assembly import read_law, read_reference, read_world
+from softhand.errors import LawError, RecordingError, ScenarioError
+from softhand.grasp import faces_of
+from softhand.laws.law import Law
+from softhand.model.configuration import rotation_of
+from softhand.model.world import World
+from softhand.observation import Observation
+from softhand.plant import Fingertip, Plant, State
+from softhand.recording import Recording
+from softhand.references import Reference
+from softhand.scenario import Scenario
+from softhand.sensing import Sensor
+from softhand.settings import read_settings
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Array = NDArray[np.float64]
+
+
+class Probe:
+    """A plant and a sensor that can be put at any state.
+
+    Attributes:
+        plant: with all that belongs to the last state.
+        reference: what the controller is asked for.
+        laws: fingertip law of each contact.
+    """
+
+    def __init__(self, plant: Plant, reference: Reference) -> None:
+        self.plant, self.reference = plant, reference
+        self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
+        model, n_memory = plant.world.model, getattr(plant, "n_memory", 3)
+        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((plant.world.n_tips, n_memory)))
+        self._sensor = Sensor(plant, reference.desired)
+
+    @classmethod
+    def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
+        """The plant of a scenario, with another law if one is given."""
+        world, law = read_world(scenario), law or read_law(scenario)
+        faces = faces_of(world, scenario.grasp.contact_points)
+        fingertips = [Fingertip(law, scenario.fingertip.friction, face) for face in faces]
+        return cls(Plant(world, fingertips), read_reference(scenario))
+
+    def at(self, state: State, time: float) -> Observation:
+        """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""
+        for mine, given in ((self._state.q, state.q), (self._state.v, state.v), (self._state.z, state.z)):
+            mine[...] = given
+        self.reference.update(time)
+        return self._sensor.observe(self._state, time)
+
+    def require_polar(self) -> None:
+        """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
+        for law in self.laws:
+            if getattr(type(law), "coordinates", "polar") != "polar" or self._state.z.shape[1] != 3:
+                raise LawError(
+                    f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, "
+                    "dpsi) without relaxing damping, such as nakashima; `softhand stability` takes any law.",
+                    law=type(law).__name__,
+                )
+
+
+def recorded_scenario(recording: Recording) -> Scenario:
+    """The scenario of a recording.
+
+    Raises:
+        RecordingError: it was made without a scenario, or with a plugin that is not installed.
+    """
+    try:
+        return read_settings(Scenario, tomllib.loads(recording.scenario), "")
+    except (ValueError, ScenarioError) as error:
+        raise RecordingError(
+            f"The recording cannot be computed anew, as its scenario cannot be read: {error}", file=None
+        ) from error
+
+
+def recorded_state(world: World, recording: Recording, sample: int) -> State:
+    """The state of one sample of a recording."""
+    n = world.n_joints
+    rotation = rotation_of(recording.object_rpy[sample])
+    twist = recording.object_twist[sample]
+    q = pin.neutral(world.model)
+    world.set_joint_position(recording.joint_position[sample], q)
+    q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
+    v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])
+    return State(q, v, recording.deformation[sample, :, 1:].copy())

@@ -1,0 +1,1 @@
+"""Coefficients of fingertip laws from measurements: reading, fitting, comparing."""
