@@ -9,13 +9,13 @@ import signal
 import sys
 
 from softhand.commands import (  # noqa: F401  each adds its command
-    angle_force,
     compare,
     film,
     identify,
     lyapunov,
     names,
     plot,
+    remark3,
     report,
     reproduce,
     simulate,

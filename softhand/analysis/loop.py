@@ -106,7 +106,7 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     A, B = np.zeros((2 * nv, 2 * nv)), np.zeros((2 * nv, n))
     A[:nv, nv:], A[nv:] = np.eye(nv), slope[:nv]
     seen = probe.at(grasp.state, 0.0)
-    mass = probe.plant.snapshot.mass_matrix()
+    mass = probe.plant.snapshot.mass_matrix(grasp.state.q)
     B[nv:] = np.linalg.inv(mass)[:, :n]
     pulls = seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T, rcond=1e-6)
     by_pose = slope[nv + n : nv + n + 6]

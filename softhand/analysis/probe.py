@@ -42,7 +42,7 @@ class Probe:
     def __init__(self, plant: Plant, reference: Reference) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
-        model, n_memory = plant.world.model, getattr(plant, "n_memory", 3)
+        model, n_memory = plant.world.model, plant.n_memory
         self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((plant.world.n_tips, n_memory)))
         self._sensor = Sensor(plant, reference.desired)
 
@@ -64,7 +64,7 @@ class Probe:
     def require_polar(self) -> None:
         """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
         for law in self.laws:
-            if getattr(type(law), "coordinates", "polar") != "polar" or self._state.z.shape[1] != 3:
+            if law.coordinates != "polar" or self._state.z.shape[1] != 3:
                 raise LawError(
                     f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, "
                     "dpsi) without relaxing damping, such as nakashima; `softhand stability` takes any law.",

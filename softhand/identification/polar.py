@@ -24,7 +24,7 @@ def polar_force(
         parameters: its fields in their order, `radius` first.
         setting: dr [m], dtheta, dphi, dpsi, phi [rad], phi that of the undeformed tip.
     """
-    if getattr(law_class, "coordinates", "polar") == "polar":
+    if law_class.coordinates == "polar":
         return law_class.force(*setting, *parameters)
     dr, dtheta, dphi, dpsi, phi = setting
     R, sin_Phi, cos_Phi = parameters[0] - dr, math.sin(phi - dphi), math.cos(phi - dphi)
