@@ -70,7 +70,7 @@ from softhand.plugins import SHIPPED, find_plugin
 Array = NDArray[np.float64]
 
 PERIOD = 0.001  # [s], of a step and of the control
-ROUND = 50  # steps in a round
+ROUND = 250  # steps in a round: long enough that finding the caches cold after the other side hardly counts
 WARM_UP = 5  # rounds that do not count
 SOFTHAND, MUJOCO = "softhand", "MuJoCo"
 ROWS = {
