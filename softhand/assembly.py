@@ -113,7 +113,19 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
     section = scenario.grasp
     faces = faces_of(world, section.contact_points)
     damping = read_damping(scenario, law)
-    fingertips = [Fingertip(law, scenario.fingertip.friction, face, damping) for face in faces]
+    tip = scenario.fingertip
+    fingertips = [
+        Fingertip(
+            law,
+            tip.friction,
+            face,
+            damping,
+            can_slip=tip.contact == "coulomb",
+            static_friction=tip.static_friction,
+            torsion_length=tip.torsion_length,
+        )
+        for face in faces
+    ]
     rotation = rotation_of(scenario.object.rpy)
     grasp = solve_grasp(
         world,
@@ -131,8 +143,8 @@ def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Step
     """The scenario with the defaults of its plugins written out, so that the run can be repeated from it."""
     tables: dict[str, Any] = {
         "fingertip": {
+            **{key: value for key, value in scenario.fingertip.own().items() if value is not None},
             "law": _name("laws", scenario.fingertip.law, law),
-            "friction": scenario.fingertip.friction,
             **_dump(law),
         },
         "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},

@@ -126,7 +126,8 @@ def solve_grasp(
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
     memory = np.zeros((nc, memory_size(fingertips)))
     memory[:, :3] = deformation[:, 1:]
-    memory[:, 3:] = np.tile(law_force, (memory.shape[1] - 3) // 4)  # all is relaxed
+    relaxations = (memory.shape[1] - 3) // 4
+    memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
     state = State(q, np.zeros(world.model.nv), memory)
     return Grasp(state, deformation, contact_force, contact_angles, use)
 

@@ -46,6 +46,8 @@ class Observation:
         deformation_rate: its rate, shape (nc, 4).
         tip_position: centres of the hemispheres' flat faces [m], shape (nc, 3).
         friction_use: |f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,).
+        limit_surface_use: the same with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,).
+        is_slipping: 1 where the last step slipped, shape (nc,).
         eta: theta, phi [rad], alpha_o [m] (two), psi [rad] of each contact, shape (nc, 5); see `contact_coordinates`.
         eta_rate: its rate by (38)-(40), with the sign of (39) mended, shape (nc, 5).
         J_CF_f: Jacobian from q_F' to the tip's velocity at the contacts in C_F, rows of the forces, shape (3 nc, n).
@@ -80,6 +82,7 @@ class Observation:
         self.contact_force, self.contact_angles = contacts["force"], contacts["angles"]
         self.deformation, self.deformation_rate = contacts["deformation"], contacts["deformation_rate"]
         self.tip_position = contacts["tip"]
+        self.limit_surface_use, self.is_slipping = contacts["limit_surface_use"], contacts["is_slipping"]
         self.friction_use, self.eta, self.eta_rate = np.zeros(nc), np.zeros((nc, 5)), np.zeros((nc, 5))
         self.J_CF_f, self.J_CF_tau = np.zeros((3 * nc, n)), np.zeros((nc, n))
         self.J_O_f, self.J_O_tau = np.zeros((3 * nc, 6)), np.zeros((nc, 6))

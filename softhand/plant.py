@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled
+from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD
 from softhand.dampings.damping import Damping
@@ -31,6 +32,17 @@ class Fingertip:
     """Coefficient mu."""
     face: Face
     damping: Damping = Damping()  # noqa: RUF009  frozen
+    can_slip: bool = False
+    """Whether friction has a limit; else the tip rolls whatever the load, as in the paper."""
+    static_friction: float | None = None
+    """Coefficient until slip begins, not below `friction`; None: the same."""
+    torsion_length: float | None = None
+    """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
+
+    @property
+    def holds_longer(self) -> bool:
+        """Whether slip, once begun, goes on at less friction, so that it must be remembered."""
+        return self.can_slip and self.static_friction is not None and self.static_friction > self.friction
 
 
 @dataclass(frozen=True)
@@ -41,7 +53,8 @@ class State:
         q: joint positions [rad or m], then position [m] and quaternion (x, y, z, w) of the object, shape (nq,).
         v: joint velocities, then linear [m/s] and angular [rad/s] velocity of the object in its own frame, shape (nv,).
         z: dtheta, dphi, dpsi [rad] of each contact, or s1, s2 [m], psi [rad] under a law in surface coordinates; then
-            four forces for each relaxation of the damping; shape (nc, `Plant.n_memory`).
+            four forces for each relaxation of the damping; then 1 for a tip that slips, where it holds longer before;
+            shape (nc, `Plant.n_memory`).
     """
 
     q: Array
@@ -74,6 +87,7 @@ class Plant:
         at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
             NaN if unknown, shape (nq + nv + nc n_memory,).
         n_memory: numbers of each contact in z of a `State`.
+        can_slip: whether friction has a limit at any contact.
     """
 
     def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
@@ -84,8 +98,9 @@ class Plant:
         self.columns = _pad_columns(world)
         self.fingertips = tuple(fingertips)
         self._code = {law: compile_law(law) for law in {fingertip.law for fingertip in fingertips}}
-        self.pads = self._build_pads()
         self.n_memory = memory_size(fingertips)
+        self.pads = self._build_pads()
+        self.can_slip = any(fingertip.can_slip for fingertip in fingertips)
         self.contacts = np.zeros(world.n_tips, CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 4))
         self.at = np.full(world.model.nq + world.model.nv + world.n_tips * self.n_memory, np.nan)
@@ -109,6 +124,11 @@ class Plant:
             arguments = np.zeros(LAW_ARGUMENTS)
             arguments[leading : leading + len(code.parameters)] = code.parameters
             pad["law_arguments"] = arguments
+            pad["can_slip"] = fingertip.can_slip
+            pad["static_friction"] = fingertip.static_friction or fingertip.friction
+            pad["slip_column"] = self.n_memory - 1 if fingertip.holds_longer else -1
+            pad["torsion_length"] = fingertip.torsion_length or 0.0
+            pad["torsion_share"] = fingertip.law.torsion_share or 0.0
             pad["is_surface"] = fingertip.law.coordinates == "surface"
             _set_damping(pad, fingertip.damping)
         return pads
@@ -118,6 +138,10 @@ class Plant:
         self.at[0] = np.nan
         self.snapshot.update(q, v)
         self.touch(v, z)
+
+    def note_slip(self, z: Array) -> None:
+        """Make the slip of the last evaluation final, in z and in the totals of the contacts."""
+        note_slip(self.pads, self.contacts, z)
 
     def touch(self, v: Array, z: Array, lead: float = 0.0, with_stiffness: bool = False) -> None:
         """Contacts and forces at the configuration of the snapshot; see `evaluate_contacts`."""
@@ -164,8 +188,9 @@ class Plant:
 
 
 def memory_size(fingertips: Sequence[Fingertip]) -> int:
-    """Numbers of each contact in z of a `State`: three, and four for each relaxation of the damping."""
-    return 3 + 4 * max(len(fingertip.damping.relaxation()) for fingertip in fingertips)
+    """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
+    relaxations = max(len(fingertip.damping.relaxation()) for fingertip in fingertips)
+    return 3 + 4 * relaxations + any(fingertip.holds_longer for fingertip in fingertips)
 
 
 def _set_damping(pad: np.void, damping: Damping) -> None:

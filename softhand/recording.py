@@ -88,6 +88,13 @@ VARIABLES: dict[str, Variable] = {
         (*_CONTACT, "coordinate"), "rad/s, rad/s, m/s, m/s, rad/s", "rate of the contact coordinates eta"
     ),
     "friction_use": Variable(_CONTACT, "1", "tangential force over the friction limit, |f_t|/(mu f_z)"),
+    "limit_surface_use": Variable(
+        _CONTACT, "1", "load over the coupled limit, sqrt((|f_t|/(mu f_z))^2 + (tau/tau_max)^2)"
+    ),
+    "is_slipping": Variable(_CONTACT, "1", "1 where the step before slipped, else 0", np.int8),
+    "slip_travel": Variable(_CONTACT, "m", "tangential slip since the start, its path length"),
+    "slip_twist": Variable(_CONTACT, "rad", "torsional slip since the start, its total amount"),
+    "slip_loss": Variable(_CONTACT, "J", "work lost to slip since the start"),
     "object_position_desired": Variable(_XYZ, "m", "desired origin of the object frame, in the world"),
     "object_rpy_desired": Variable(_RPY, "rad", "desired orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),

@@ -68,11 +68,32 @@ class DampingSection(OpenSettings):
 
 
 class FingertipSection(OpenSettings):
-    """The fingertip law by name, its friction coefficient, its damping if any, and the law's own parameters."""
+    """The fingertip law by name, its friction, its damping if any, and the law's own parameters.
+
+    `contact` is `rolling`, the paper's, where a tip never slips, or `coulomb`. With `coulomb` slip begins at the
+    coefficient `static_friction` (that of `friction` if not given) and goes on at `friction`. The largest torsion is
+    friction x normal force x `torsion_length` [m]; without it the length follows from the pressure of the law.
+    """
 
     law: str
     friction: Positive
+    contact: Literal["rolling", "coulomb"] = "rolling"
+    static_friction: Positive | None = None
+    torsion_length: Positive | None = None
     damping: DampingSection | None = None
+
+    def own(self) -> dict[str, Any]:
+        """All keys but those of the law."""
+        return self.model_dump(include=set(type(self).model_fields))
+
+    @model_validator(mode="after")
+    def _friction_falls_with_slip(self) -> FingertipSection:
+        if self.static_friction is not None and self.static_friction < self.friction:
+            raise ValueError(
+                f"static_friction {self.static_friction:g} is below friction {self.friction:g}, that of a tip which "
+                "slips; raise it or leave it out."
+            )
+        return self
 
 
 class GraspSection(Settings):
@@ -188,8 +209,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
 def with_law(scenario: Scenario, name: str) -> Scenario:
     """The scenario with another fingertip law and its default parameters; radius, friction and damping stay."""
     section = scenario.fingertip
-    kept = {"friction": section.friction, "damping": section.damping and section.damping.model_dump()}
-    table = {"law": name, **kept, "radius": section.parameters.get("radius")}
+    table = {**section.own(), "law": name, "radius": section.parameters.get("radius")}
     return scenario.with_values({"fingertip": {key: value for key, value in table.items() if value is not None}})
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from softhand.compiled import compiled, prepared
+from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.kinematics import contact_coordinates, move_contacts
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import least_norm
@@ -126,6 +127,9 @@ def _describe_contacts(
         limit = pads[i].friction * max(f[2], 0.0)
         tangential = math.hypot(f[0], f[1])
         friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
+        if not pads[i].can_slip:
+            length = spin_length(pads[i], contact.distance)
+            contact.limit_surface_use = limit_surface_use(f, pads[i].friction, length)
         contact_coordinates(pads[i], contact, columns[i], object_pose, J, v, eta[i], eta_rate[i])
 
 

@@ -29,6 +29,7 @@ Progress = Callable[[float], None]
 Watch = Callable[[Observation], None]
 """Called with what is seen at each sample."""
 
+_SLIP = ("limit_surface_use", "is_slipping", "slip_travel", "slip_twist", "slip_loss")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 
 
@@ -91,7 +92,8 @@ class Simulation:
         self._checked: Any = None
         self.integration.restart()
         self.torque[:], self.torque_limited[:], self._Theta[:] = 0.0, 0, np.nan
-        self.plant.contacts["is_broken"] = 0
+        for name in ("is_broken", *_SLIP):
+            self.plant.contacts[name] = 0
 
     def sample(self) -> Observation:
         """Observe, ask the controller, apply the effort limits.
@@ -253,6 +255,7 @@ class Simulation:
             ("contact_point", "point"),
             ("contact_rotation", "rotation"),
             ("tip_position", "tip"),
+            *((name, name) for name in _SLIP),
         ):
             variables[name] = contacts[field]
         variables["deformation"] = _deformation(contacts, self.plant)

@@ -8,7 +8,7 @@ from softhand.compiled import compiled
 
 
 @compiled
-def damp(pad, contact, memory, lead):
+def damp(pad, contact, memory, lead, slips):
     """Change force and stiffness of a contact for its damping, and set d force / d velocity.
 
     First relaxation, in the coordinates of the law, so that no frame turns under what it remembers, with w_k a memory
@@ -24,15 +24,18 @@ def damp(pad, contact, memory, lead):
         contact: one row of `records.CONTACT`, with the force (and the stiffness) of the law.
         memory: row of z; w of each relaxation, four numbers each, from the fourth on.
         lead: w is taken so much later [s].
+        slips: whether shear and torsion are at the limit of friction, where viscosity has no part in them.
     """
     contact.damping[:] = 0.0
     if contact.deformation[0] <= 0.0:
         return
     force, velocity, damping = contact.force, contact.velocity, contact.damping
     elastic = max(force[2], 0.0)
-    if memory.shape[0] > 3:
+    if memory.shape[0] > 6:
         _remember(pad, contact, memory, lead)
     for k, channel in ((0, 1), (1, 1), (2, 0), (3, 2)):
+        if slips and k != 2:
+            continue
         damping[k] = pad.viscosity[channel] + pad.viscosity_per_force[channel] * elastic
         force[k] += damping[k] * velocity[k]
     if force[2] < 0.0:

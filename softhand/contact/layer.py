@@ -11,6 +11,7 @@ from numba.extending import intrinsic
 
 from softhand.compiled import compiled
 from softhand.contact.damping import damp
+from softhand.contact.friction import CLOSE, MOST_ROUNDS, limit_surface_use, spin_length
 from softhand.contact.geometry import place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
@@ -62,21 +63,65 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         contact.deformation[0] = pad.radius - contact.distance
         for k in range(3):
             contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
-        for k in range(4):
-            pad.law_arguments[k] = contact.deformation[k]
-        if pad.is_surface:
-            pad.law_arguments[4], pad.law_arguments[5] = contact.lean[0], contact.lean[1]
-        else:
-            pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
-        _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
-        contact_force(contact, contact.deformation_force, contact.force)
+        _answer(pad, contact)
+        slips = pad.can_slip and _cut_back(pad, contact, z[i])
         if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
             _blame_law(pad, contact)
         if with_stiffness:
-            _call(pad.stiffness_function, pad.law_arguments, contact.derivatives)
+            _call(pad.stiffness_function, pad.law_arguments, contact.derivatives)  # type: ignore[call-arg]
             _contact_stiffness(contact, contact.derivatives, contact.stiffness)
+            if slips:
+                _release(contact.stiffness)
         if pad.is_damped:
-            damp(pad, contact, z[i], lead)
+            damp(pad, contact, z[i], lead, slips)
+
+
+@compiled
+def _answer(pad, contact):
+    """The force of the law at the deformation."""
+    for k in range(4):
+        pad.law_arguments[k] = contact.deformation[k]
+    if pad.is_surface:
+        pad.law_arguments[4], pad.law_arguments[5] = contact.lean[0], contact.lean[1]
+    else:
+        pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
+    _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
+    contact_force(contact, contact.deformation_force, contact.force)
+
+
+@compiled
+def _cut_back(pad, contact, memory):
+    """Cut shear and torsion back to the limit surface if they are beyond it; `slip` is what was cut off.
+
+    All three in proportion, so that the force comes back along the ray on which it lies. The first guess 1 / use is the
+    answer where the law is linear in them at a normal force of its own.
+    """
+    slip, length = contact.slip, spin_length(pad, contact.distance)
+    slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
+    slid = pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
+    contact.limit_surface_use = limit_surface_use(contact.force, pad.friction if slid else pad.static_friction, length)
+    if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
+        return False
+    a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
+    kept, use = 1.0, limit_surface_use(contact.force, pad.friction, length)
+    for _ in range(MOST_ROUNDS):
+        if kept == 0.0 or abs(use - 1.0) < CLOSE:
+            break
+        kept = kept / use if use < math.inf else 0.0
+        contact.deformation[1], contact.deformation[2], contact.deformation[3] = kept * a, kept * b, kept * c
+        _answer(pad, contact)
+        use = limit_surface_use(contact.force, pad.friction, length)
+    slip[0], slip[1], slip[2] = (1.0 - kept) * a, (1.0 - kept) * b, (1.0 - kept) * c
+    contact.limit_surface_use = use
+    return True
+
+
+@compiled
+def _release(stiffness):
+    """A contact that slips holds its normal direction only."""
+    normal = stiffness[2, 2]
+    stiffness[:] = 0.0
+    stiffness[2, 2] = normal
 
 
 _BEYOND_REASON = 10.0  # [rad], or radii: a larger deformation is a run that has diverged, not a matter for a law

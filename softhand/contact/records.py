@@ -20,7 +20,12 @@ PAD = np.dtype(
         ("rotation", np.float64, (3, 3)),  # axes of the finger frame F in the joint frame
         ("position", np.float64, 3),  # origin of F in the joint frame [m]
         ("radius", np.float64),  # of the undeformed hemisphere [m]
-        ("friction", np.float64),  # coefficient mu
+        ("friction", np.float64),  # coefficient mu, kinetic
+        ("static_friction", np.float64),  # coefficient until slip begins
+        ("can_slip", np.int64),  # whether friction has a limit
+        ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
+        ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
+        ("torsion_share", np.float64),  # the same over the contact radius, or 0 for the pressure of columns
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
@@ -55,6 +60,12 @@ CONTACT = np.dtype(
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
+        ("slip", np.float64, 3),  # what the limit took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation
+        ("limit_surface_use", np.float64),
+        ("is_slipping", np.int64),  # whether the last step slipped
+        ("slip_travel", np.float64),  # since the start [m]
+        ("slip_twist", np.float64),  # since the start [rad]
+        ("slip_loss", np.float64),  # work of friction since the start [J]
         ("derivatives", np.float64, 16),  # what the law gives as stiffness; scratch
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
         ("damping", np.float64, 4),  # d force / d velocity in C_F, a diagonal

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt
 from typing import Annotated
 
 from pydantic import Field
@@ -28,6 +28,7 @@ class Hertz(Law):
     """
 
     coordinates = "surface"
+    torsion_share = 3.0 * pi / 16.0  # of p = p_0 sqrt(1 - (rho / a)^2)
     deepest = 0.1
 
     E: Positive = 0.32e6

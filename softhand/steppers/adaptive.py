@@ -46,6 +46,7 @@ class _AdaptiveIntegration(Integration):
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         flow, settings = self._flow, self._settings
+        flow.settle(state)
         flow.gather(state, self._y)
 
         def rate(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from softhand.compiled import compiled, prepared
 from softhand.contact.damping import relax
+from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory, relative_velocity
 from softhand.contact.layer import evaluate_contacts
 from softhand.linear import factor, solve
@@ -95,6 +96,7 @@ def _begin(
     is lower than v is kept, so that the end of the step can settle the rest.
     """
     evaluate_contacts(pads, columns, poses, J, v, z, 0.0, True, contacts, jacobian)
+    note_slip(pads, contacts, z)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
     w, lower = velocity[0], velocity[3]
     w[:] = 0.0
@@ -151,6 +153,7 @@ def _arrive(
         for k in range(3):
             z[i, k] = contacts[i].deformation[1 + k]
         _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
+    note_slip(pads, contacts, z)
     relax(pads, contacts, 0.5 * step, z)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
     was_first = lower[0] == lower[0]

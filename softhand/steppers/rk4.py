@@ -30,6 +30,7 @@ class _RungeKuttaIntegration(Integration):
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         flow, y, stage, k, h = self._flow, self._y, self._stage, self._slopes, self._step
+        flow.settle(state)
         flow.gather(state, y)
         flow.rate(y, torque, k[0])
         for i, fraction in ((1, 0.5), (2, 0.5), (3, 1.0)):

@@ -1,0 +1,88 @@
+"""Friction with a limit: what a tip stores of shear and torsion is cut back to what the contact can hold."""
+
+from __future__ import annotations
+
+import math
+
+from softhand.compiled import compiled
+
+MOST_ROUNDS = 40
+"""Of the search for the share of the deformation that stays."""
+
+CLOSE = 1e-13
+"""How near to 1 the use of the limit surface must then be."""
+
+_SHALLOW = 0.005  # dr / r below which the closed form of `spin_length` would lose digits
+
+
+@compiled
+def spin_length(pad, distance):
+    """tau_max / (mu f_z) [m]: how far out the pressure acts against a spin of the contact about its normal.
+
+    With c = R / r, s = a / r and the pressure of columns that are compressed one by one, the paper's Fig. 4,
+
+        tau_max = pi mu k_r r^3 c {arccos c + c s - 2 c artanh s} = kappa mu f_z a,   f_z = pi k_r dr^2
+
+    kappa goes to 8/15 as dr goes to 0. Other pressures have a constant kappa, and a length can be given outright.
+
+    Args:
+        pad: one row of `records.PAD`.
+        distance: R [m].
+    """
+    if pad.torsion_length > 0.0:
+        return pad.torsion_length
+    r = pad.radius
+    e = 1.0 - distance / r
+    if not e > 0.0:
+        return 0.0
+    c = 1.0 - e
+    s = math.sqrt(e * (1.0 + c))
+    if pad.torsion_share > 0.0:
+        return pad.torsion_share * s * r
+    if e < _SHALLOW:
+        kappa = 8.0 / 15.0 - e * (8.0 / 35.0 + e * (0.1206349206 + e * (0.0669552673 + e * 0.0388)))
+        return kappa * s * r
+    return r * c * (math.acos(c) + c * s - 2.0 * c * math.atanh(s)) / (e * e)
+
+
+@compiled
+def limit_surface_use(force, mu, length):
+    """sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, tau_max = mu f_z length; 1 on the limit surface, 0 without load.
+
+    The ellipse is the usual approximation of the coupled limit; the exact curve lies up to 5 % inside.
+    """
+    tangential = math.hypot(force[0], force[1])
+    torsion = abs(force[3]) / length if length > 0.0 else (math.inf if force[3] != 0.0 else 0.0)
+    load = math.hypot(tangential, torsion)
+    if load == 0.0:
+        return 0.0
+    return load / (mu * force[2]) if force[2] > 0.0 else math.inf
+
+
+@compiled
+def note_slip(pads, contacts, z):
+    """Make the slip of the last evaluation final: z is what stays, travel, twist and loss grow.
+
+    Args:
+        pads: table `records.PAD`, shape (nc,).
+        contacts: table `records.CONTACT`, evaluated at z, or z at a lead that the step is now done with.
+        z: memory of each contact, see `State`.
+    """
+    for i in range(contacts.shape[0]):
+        pad, contact = pads[i], contacts[i]
+        if not pad.can_slip:
+            continue
+        slip, force = contact.slip, contact.deformation_force
+        for k in range(3):
+            z[i, k] = contact.deformation[1 + k]
+        moved = slip[0] != 0.0 or slip[1] != 0.0 or slip[2] != 0.0
+        touches = contact.force[2] > 0.0
+        contact.is_slipping = 1 if moved and touches else 0
+        if pad.slip_column >= 0:
+            z[i, pad.slip_column] = contact.is_slipping
+        if contact.is_slipping:
+            along_x = slip[0] / contact.theta_per_x
+            contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
+            contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
+            contact.slip_loss += force[1] * slip[0] + force[2] * slip[1] + force[3] * slip[2]
+            slip[:] = 0.0
