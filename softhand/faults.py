@@ -36,6 +36,9 @@ def find_fault(v, pads, contacts, Theta):
             return PULLS, i
         if contact.distance < _FLAT_BELOW * pads[i].radius:
             return FLAT, i
+        if pads[i].can_slip and not contact.deformation[0] > 0.0:
+            Theta[i] = math.nan
+            continue
         if pads[i].is_surface:
             if contact.sin_Phi < 0.0:
                 return RIM, i

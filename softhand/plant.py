@@ -33,7 +33,7 @@ class Fingertip:
     face: Face
     damping: Damping = Damping()  # noqa: RUF009  frozen
     can_slip: bool = False
-    """Whether friction has a limit; else the tip rolls whatever the load, as in the paper."""
+    """Whether friction has a limit and the object has edges; else the tip rolls on an endless face under any load."""
     static_friction: float | None = None
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
@@ -124,6 +124,9 @@ class Plant:
             arguments = np.zeros(LAW_ARGUMENTS)
             arguments[leading : leading + len(code.parameters)] = code.parameters
             pad["law_arguments"] = arguments
+            box = self.world.box
+            pad["is_solid"] = fingertip.can_slip
+            pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
             pad["can_slip"] = fingertip.can_slip
             pad["static_friction"] = fingertip.static_friction or fingertip.friction
             pad["slip_column"] = self.n_memory - 1 if fingertip.holds_longer else -1

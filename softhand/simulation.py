@@ -255,6 +255,7 @@ class Simulation:
             ("contact_point", "point"),
             ("contact_rotation", "rotation"),
             ("tip_position", "tip"),
+            ("contact_feature", "feature"),
             *((name, name) for name in _SLIP),
         ):
             variables[name] = contacts[field]

@@ -1,4 +1,4 @@
-"""A tip against a plane face: the closed solution of [Nakashima] Eqs. (13) and (16)."""
+"""A tip against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), or against a solid box."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ def place_contact(pad, pose, object_pose, contact):
 
         z_C = -n,   R = n . (p_F - p_O) - d,   p_C = p_F + R z_C
 
-    and (Theta, Phi) are the polar angles of z_C in F, z_C = (sin Phi, cos Theta cos Phi, sin Theta cos Phi) by (14).
+    Against a solid box n points from the nearest point of the box to the tip, and R is its distance: the same over a
+    face, and continuous across edges and vertices.
+
+    (Theta, Phi) are the polar angles of z_C in F, z_C = (sin Phi, cos Theta cos Phi, sin Theta cos Phi) by (14).
     For a law in polar coordinates the axes x_C = dp/dTheta and y_C = dp/dPhi (normalised) are those of (17). They spin
     at the apex. For a law in surface coordinates x_C is the tangent of the face, and y_C = z_C cross x_C: fixed in the
     object, so that the tangential displacement along them is the integral of the velocity.
@@ -24,21 +27,19 @@ def place_contact(pad, pose, object_pose, contact):
         pad: one row of `records.PAD`.
         pose: pose of the joint that carries the tip (`Snapshot.poses`), shape (12,).
         object_pose: pose of the object, shape (12,).
-        contact: one row of `records.CONTACT`; rotation, point, tip, distance, angles, sin_Phi, cos_Phi, lean and
-            the entries of J_delta^-1 are set.
+        contact: one row of `records.CONTACT`; rotation, point, tip, normal, feature, distance, angles, sin_Phi,
+            cos_Phi, lean and the entries of J_delta^-1 are set.
     """
-    # z_C in the world, and R
-    distance = -pad.face_offset
     for row in range(3):
         tip = pose[9 + row]
-        normal = 0.0
         for k in range(3):
             tip += pose[3 * k + row] * pad.position[k]
-            normal += object_pose[3 * k + row] * pad.face_normal[k]
         contact.tip[row] = tip
-        contact.rotation[row, 2] = -normal
-        distance += normal * (tip - object_pose[9 + row])
-    contact.distance = distance
+    if pad.is_solid:
+        _meet_box(pad, object_pose, contact)
+    else:
+        _meet_face(pad, object_pose, contact)
+    distance = contact.distance
     # the axes of F in the world, times z_C: z_C in F
     ux, uy, uz = 0.0, 0.0, 0.0
     for row in range(3):
@@ -67,11 +68,82 @@ def place_contact(pad, pose, object_pose, contact):
 
 
 @compiled
+def _meet_face(pad, object_pose, contact):
+    """z_C in the world and R, against an endless face."""
+    distance = -pad.face_offset
+    for row in range(3):
+        normal = 0.0
+        for k in range(3):
+            normal += object_pose[3 * k + row] * pad.face_normal[k]
+        contact.rotation[row, 2] = -normal
+        contact.normal[row] = pad.face_normal[row]
+        distance += normal * (contact.tip[row] - object_pose[9 + row])
+    contact.distance = distance
+    contact.feature = 1
+
+
+@compiled
+def _meet_box(pad, object_pose, contact):
+    """z_C in the world and R, against the nearest point of a solid box; the tip's centre must be outside."""
+    x, y, z = (contact.tip[0] - object_pose[9], contact.tip[1] - object_pose[10], contact.tip[2] - object_pose[11])
+    square, beyond = 0.0, 0
+    for k in range(3):
+        contact.normal[k] = 0.0
+    for axis in range(3):
+        along = -(
+            pad.box_rotation[0, axis] * pad.box_centre[0]
+            + pad.box_rotation[1, axis] * pad.box_centre[1]
+            + pad.box_rotation[2, axis] * pad.box_centre[2]
+        )
+        for k in range(3):
+            local = object_pose[3 * k] * x + object_pose[3 * k + 1] * y + object_pose[3 * k + 2] * z
+            along += pad.box_rotation[k, axis] * local
+        gap = along - min(max(along, -pad.box_half[axis]), pad.box_half[axis])
+        if gap != 0.0:
+            beyond += 1
+            square += gap * gap
+            for k in range(3):
+                contact.normal[k] += gap * pad.box_rotation[k, axis]
+    contact.distance = math.sqrt(square)
+    contact.feature = beyond
+    for k in range(3):
+        contact.normal[k] /= contact.distance
+    for row in range(3):
+        contact.rotation[row, 2] = -(
+            object_pose[row] * contact.normal[0]
+            + object_pose[3 + row] * contact.normal[1]
+            + object_pose[6 + row] * contact.normal[2]
+        )
+
+
+@compiled
+def _turned_tangent(pad, normal):
+    """The tangent of the face, turned as little as brings the normal of the face onto that of the contact."""
+    n, t = pad.face_normal, pad.face_tangent
+    cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]
+    if cosine >= 1.0 - 1e-15 or cosine < -0.999:
+        return t[0], t[1], t[2]
+    wx, wy, wz = (
+        n[1] * normal[2] - n[2] * normal[1],
+        n[2] * normal[0] - n[0] * normal[2],
+        n[0] * normal[1] - n[1] * normal[0],
+    )
+    ax, ay, az = wy * t[2] - wz * t[1], wz * t[0] - wx * t[2], wx * t[1] - wy * t[0]
+    share = 1.0 / (1.0 + cosine)
+    return (
+        t[0] + ax + share * (wy * az - wz * ay),
+        t[1] + ay + share * (wz * ax - wx * az),
+        t[2] + az + share * (wx * ay - wy * ax),
+    )
+
+
+@compiled
 def _face_axes(pad, pose, object_pose, contact):
     """x_C along the tangent of the face, y_C = z_C cross x_C, and the components of x_F along them."""
-    R, t = contact.rotation, pad.face_tangent
+    R = contact.rotation
+    tx, ty, tz = _turned_tangent(pad, contact.normal)
     for row in range(3):
-        R[row, 0] = object_pose[row] * t[0] + object_pose[3 + row] * t[1] + object_pose[6 + row] * t[2]
+        R[row, 0] = object_pose[row] * tx + object_pose[3 + row] * ty + object_pose[6 + row] * tz
     R[0, 1] = R[1, 2] * R[2, 0] - R[2, 2] * R[1, 0]
     R[1, 1] = R[2, 2] * R[0, 0] - R[0, 2] * R[2, 0]
     R[2, 1] = R[0, 2] * R[1, 0] - R[1, 2] * R[0, 0]

@@ -93,24 +93,35 @@ def _answer(pad, contact):
 def _cut_back(pad, contact, memory):
     """Cut shear and torsion back to the limit surface if they are beyond it; `slip` is what was cut off.
 
-    All three in proportion, so that the force comes back along the ray on which it lies. The first guess 1 / use is the
-    answer where the law is linear in them at a normal force of its own.
+    A tip that does not touch holds and remembers nothing.
+
+    All three in proportion, so that the force comes back along the ray on which it lies; by the secant rule on the
+    logarithms, which is exact at once where the law is linear in them and the normal force does not depend on them.
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
+    if not contact.force[2] > 0.0:
+        contact.deformation[1], contact.deformation[2], contact.deformation[3] = 0.0, 0.0, 0.0
+        contact.deformation_force[:] = 0.0
+        contact.force[:] = 0.0
+        contact.limit_surface_use = 0.0
+        return True
     slid = pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
     contact.limit_surface_use = limit_surface_use(contact.force, pad.friction if slid else pad.static_friction, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
         return False
     a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
-    kept, use = 1.0, limit_surface_use(contact.force, pad.friction, length)
+    kept, use, slope = 1.0, limit_surface_use(contact.force, pad.friction, length), 1.0
     for _ in range(MOST_ROUNDS):
         if kept == 0.0 or abs(use - 1.0) < CLOSE:
             break
-        kept = kept / use if use < math.inf else 0.0
+        before, used = kept, use
+        kept = kept * use ** (-1.0 / slope) if use < math.inf else 0.0
         contact.deformation[1], contact.deformation[2], contact.deformation[3] = kept * a, kept * b, kept * c
         _answer(pad, contact)
         use = limit_surface_use(contact.force, pad.friction, length)
+        if 0.0 < use < math.inf and 0.0 < kept != before:
+            slope = min(max(math.log(use / used) / math.log(kept / before), 0.2), 2.0)
     slip[0], slip[1], slip[2] = (1.0 - kept) * a, (1.0 - kept) * b, (1.0 - kept) * c
     contact.limit_surface_use = use
     return True

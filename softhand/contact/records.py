@@ -29,6 +29,13 @@ PAD = np.dtype(
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
+        (
+            "is_solid",
+            np.int64,
+        ),  # whether the tip meets the box as it is, with edges and all its faces, or an endless face
+        ("box_rotation", np.float64, (3, 3)),  # axes of the box in the object frame
+        ("box_centre", np.float64, 3),  # in the object frame [m]
+        ("box_half", np.float64, 3),  # half the length of each side [m]
         ("force_function", np.int64),  # address of the compiled law
         ("stiffness_function", np.int64),  # address of its derivatives
         ("is_surface", np.int64),  # coordinates of the law: 1 surface, 0 polar
@@ -46,6 +53,8 @@ CONTACT = np.dtype(
         ("rotation", np.float64, (3, 3)),  # R_BC: axes of the contact frame C_F in the world, see `place_contact`
         ("point", np.float64, 3),  # contact point in the world [m]
         ("tip", np.float64, 3),  # origin of F in the world [m]
+        ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
+        ("feature", np.int64),  # where on the object: 1 a face, 2 an edge, 3 a vertex
         ("distance", np.float64),  # R = r - dr: from the origin of F to the face [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),

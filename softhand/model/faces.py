@@ -38,8 +38,33 @@ class Face:
         return max(float(np.dot(normal, point) - offset) for normal, offset in self.others)
 
 
-def read_faces(file: Path, body: pin.Model) -> tuple[Face, ...]:
-    """Faces of the collision box of an object's URDF.
+@dataclass(frozen=True)
+class Box:
+    """The shape of an object: a solid box."""
+
+    rotation: NDArray[np.float64]
+    """Axes of the box in the object frame, shape (3, 3)."""
+    centre: NDArray[np.float64]
+    """In the object frame [m], shape (3,)."""
+    half: NDArray[np.float64]
+    """Half the length of each side [m], shape (3,)."""
+
+    def faces(self) -> tuple[Face, ...]:
+        """Its six faces."""
+        planes = []
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                normal = sign * self.rotation[:, axis]
+                planes.append((normal, float(self.half[axis] + normal @ self.centre), axis))
+        faces = []
+        for index, (normal, offset, axis) in enumerate(planes):
+            others = tuple((n, d) for k, (n, d, _) in enumerate(planes) if k != index)
+            faces.append(Face(normal, self.rotation[:, (axis + 1) % 3].copy(), offset, others))
+        return tuple(faces)
+
+
+def read_box(file: Path, body: pin.Model) -> Box:
+    """The collision box of an object's URDF.
 
     Args:
         file: the URDF.
@@ -57,14 +82,5 @@ def read_faces(file: Path, body: pin.Model) -> tuple[Face, ...]:
             file=str(file),
         )
     placement = shapes[0].placement
-    half = np.asarray(shapes[0].geometry.halfSide)
-    planes = []
-    for axis in range(3):
-        for sign in (1.0, -1.0):
-            normal = sign * placement.rotation[:, axis]
-            planes.append((normal, float(half[axis] + normal @ placement.translation), axis))
-    faces = []
-    for index, (normal, offset, axis) in enumerate(planes):
-        others = tuple((n, d) for k, (n, d, _) in enumerate(planes) if k != index)
-        faces.append(Face(normal, placement.rotation[:, (axis + 1) % 3].copy(), offset, others))
-    return tuple(faces)
+    half = np.array(shapes[0].geometry.halfSide)
+    return Box(placement.rotation.copy(), placement.translation.copy(), half)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
-from softhand.model.faces import Face, read_faces
+from softhand.model.faces import Box, Face, read_box
 from softhand.model.gravity import list_bodies
 from softhand.model.urdf import parse_urdf, read_text
 
@@ -43,13 +43,18 @@ class World:
 
     model: pin.Model
     tips: tuple[Tip, ...]
-    faces: tuple[Face, ...]
+    box: Box
     joint_names: tuple[str, ...]
     hand_urdf: Path
     object_urdf: Path
     hand_text: str
     """The URDF of the hand as it was read."""
     object_text: str
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The faces of the object."""
+        return self.box.faces()
 
     @property
     def n_joints(self) -> int:
@@ -162,7 +167,7 @@ def load_world(
                 'write the largest torque into <limit effort="...">.',
                 file=str(hand_urdf),
             )
-    faces = read_faces(object_urdf, body)
+    box = read_box(object_urdf, body)
     names = tuple(hand.names)[1:]
     tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
     model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
@@ -171,7 +176,7 @@ def load_world(
         inertia = model.inertias[model.njoints - 1]
         scale = object_mass / inertia.mass
         model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, tips, faces, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
+    return World(model, tips, box, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
 def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
