@@ -75,7 +75,7 @@ def test_an_mp4_has_the_size_and_length_asked_for(run, tmp_path):
 def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     """Ctrl-C in a film: exit code 130, no half file, no temporary folder, no process."""
     run.save(tmp_path / "run.nc")
-    folder = Path(tempfile.mkdtemp())  # short: the name of a socket of Chromium must fit below it
+    folder = Path(tempfile.mkdtemp(dir="/tmp"))  # short: a longer one is not taken for Chromium
     process = subprocess.Popen(
         [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "0.02", "--fps", "10"],
         cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
@@ -92,7 +92,7 @@ def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     assert groups and len(living(groups[0])) > 2, process.communicate(timeout=60)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130 and "Traceback" not in errors
+    assert process.returncode == 130 and "interrupted" in errors and "Traceback" not in errors
     assert wait_until(lambda: not any(map(living, groups)))
     assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]
     folder.rmdir()
@@ -151,8 +151,17 @@ def test_what_cannot_be_filmed_is_told_first(run, tmp_path, name, options, words
 
 def test_a_missing_folder_is_told_first(run, tmp_path):
     """Before minutes of work, not after."""
-    with pytest.raises(RecordingError, match="no folder"):
+    with pytest.raises(RecordingError, match="choose a folder that exists"):
         write_film(run, tmp_path / "nowhere" / "run.gif")
+
+
+def test_a_missing_chromium_is_told_first(run, tmp_path, monkeypatch):
+    """Before the pictures are prepared."""
+    told = []
+    monkeypatch.setenv("SOFTHAND_CHROMIUM", "/nowhere/chromium")
+    with pytest.raises(BrowserError):
+        write_film(run, tmp_path / "run.gif", progress=told.append)
+    assert told == []
 
 
 def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):

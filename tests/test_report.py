@@ -399,6 +399,22 @@ def test_a_full_disk_leaves_the_older_report(run, tmp_path, monkeypatch):
     assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"older"]
 
 
+def test_a_folder_that_is_missing_is_told_first(run, tmp_path):
+    """Before the work, not after."""
+    told = []
+    with pytest.raises(RecordingError, match="choose a folder that exists"):
+        write_report(tmp_path / "nowhere" / "report.html", run, progress=told.append)
+    assert told == []
+
+
+def test_the_command_says_that_a_run_is_incomplete(stopped, tmp_path):
+    """One line with time and reason; nothing if quiet."""
+    stopped.save(tmp_path / "a.nc")
+    said = command("report", "a.nc", folder=tmp_path).stdout
+    assert "incomplete recording, goes to 0.8 s: finger_2_tip rolls over its <apex>" in said
+    assert command("report", "a.nc", "--quiet", folder=tmp_path).stdout == ""
+
+
 def test_a_recording_writes_its_report(run, other, tmp_path):
     """`recording.to_html` is `write_report`, for one run or several."""
     run.to_html(tmp_path / "one.html", other)
@@ -437,6 +453,7 @@ def test_the_command_writes_beside_the_recording(run, other, tmp_path):
         (["missing.nc"], "no such file"),
         (["text.nc"], "cannot be read as a recording"),
         (["a.nc", "--out", "nowhere/report.html"], "choose a folder that exists"),
+        (["a.nc", "--out", "report.pdf"], "unknown ending '.pdf'; choose .html"),
     ],
 )
 def test_a_mistake_is_one_line(run, tmp_path, arguments, words):

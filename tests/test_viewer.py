@@ -413,13 +413,20 @@ def test_simulate_view_writes_the_same_results(tmp_path):
     assert Recording.load(tmp_path / "run.nc").complete
 
 
+def test_a_viewer_that_cannot_start_leaves_no_folder(tmp_path):
+    """The mistake is told before anything is written."""
+    command = ["simulate", "--view", "--no-open", "--speed", "0", "--duration", "0.01", "--out", str(tmp_path / "new")]
+    assert CliRunner().invoke(app, command).exit_code == 1
+    assert not (tmp_path / "new").exists()
+
+
 def test_view_plays_an_incomplete_recording_as_far_as_it_goes(recording, tmp_path):
     """And says why it ends."""
     part = dataclasses.replace(recording, complete=False, reason="interrupted at t = 0.5 s", stop_time=0.5)
     part.save(tmp_path / "run.nc")
     result = CliRunner().invoke(app, ["view", str(tmp_path / "run.nc"), "--once", "--no-open", "--speed", "20"])
     assert result.exit_code == 0, result.output
-    assert "plays to 0.5 s: interrupted" in result.output
+    assert "goes to 0.5 s: interrupted" in result.output
 
 
 def test_view_names_a_file_that_is_no_recording(tmp_path):
