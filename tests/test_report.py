@@ -151,7 +151,7 @@ def test_the_scrub_bar_moves_film_and_cursors_together(visit):
         "const a = c.querySelector('.area').getBoundingClientRect(), b = c.querySelector('.cursor');"
         "return (b.getBoundingClientRect().x - a.x - 38) / (a.width - 46)})"
     )
-    assert len(places) == 9 + 4 + 4 + 3
+    assert len(places) == 9 + 4 + 5 + 3
     assert np.allclose(places, page.evaluate("softhand.time()") / 2.0, atol=0.02)
     assert differs(start, film(page)) > 0.01
 
@@ -330,6 +330,22 @@ def test_the_film_is_that_of_the_recording(run):
             assert np.allclose(vertices, np.reshape(update.vertices, -1), atol=2e-6)
             seen["shapes"] += 1
     assert seen["poses"] > 10 and seen["shapes"] >= 3
+
+
+def test_two_runs_have_one_scale(run, other):
+    """Equal forces look equal: the same legend, and arrows in one proportion to their forces."""
+    data = data_of(report_page([run, other]))
+    films = [shown["film"] for shown in data["runs"]]
+    assert films[0]["legend"] == films[1]["legend"]
+    scale = []
+    for film, recording in zip(films, (run, other), strict=True):
+        items = {item["name"]: item for item in film["items"]}
+        last = {}
+        for part in ("shaft", "head"):
+            poses = array_of(data, items[f"forces/finger_1_tip_{part}"]["poses"]).reshape(-1, 3, 4)
+            last[part] = np.linalg.norm(poses[-1, :, 2])
+        scale.append(sum(last.values()) / np.linalg.norm(recording.contact_force[-1, 0, :3]))
+    assert scale[0] == pytest.approx(scale[1], rel=1e-5)
 
 
 def test_a_frame_is_the_nearest_sample(run):

@@ -18,6 +18,7 @@ from softhand.version import __version__
 from softhand.viewer.bundle import bundle_folder
 from softhand.viewer.curves import blocks_of, finger_names, samples_of
 from softhand.viewer.packing import Store, pack_film
+from softhand.viewer.scene import shared_scales
 from softhand.whole_file import check_place, write_whole
 
 FRAME_RATE = 60.0  # frames a second of simulated time; between them the page interpolates
@@ -70,12 +71,12 @@ def report_page(
     for recording in recordings:
         if not len(recording):
             raise RecordingError("A report needs at least one sample, and this recording has none.")
-    count = len(recordings)
+    count, scales = len(recordings), shared_scales(recordings)
     store = Store()
     blocks = [] if film_only else blocks_of(store, recordings)
     runs = []
     for k, recording in enumerate(recordings):
-        film = pack_film(store, recording, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
+        film = pack_film(store, recording, scales, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
         runs.append(
             {
                 "label": "ABCD"[k],
