@@ -15,7 +15,7 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand import BrowserError, RecordingError, SofthandError, load_scenario, simulate, write_film
-from softhand.viewer import film
+from softhand.viewer import film, palette
 
 SMALL = (320, 240)
 
@@ -122,6 +122,22 @@ def test_a_gif_keeps_the_time():
 
     durations = [duration for _, duration in pictures(film._encode_gif(pictures_of_noise(), 30.0))]
     assert sum(durations) == 1000 and set(durations) == {30, 40}
+
+
+def test_a_gif_keeps_small_coloured_things():
+    """Arrows and gauges cover little of a picture, and their hues mean something."""
+    grey = np.add.outer(np.linspace(60, 250, 240), np.linspace(-30, 30, 320))[:, :, None]
+    noise = np.random.default_rng(0).normal(0.0, 6.0, (240, 320, 3))
+    pixels = np.clip(grey + noise, 0, 255).astype(np.uint8)
+    colours = [palette.use_colour(use) for use in np.linspace(0.0, 1.0, 9)] + [palette.TORSION, palette.SLIPPING]
+    patches = np.rint(255 * np.array(colours)).astype(np.uint8)
+    for k, patch in enumerate(patches):
+        pixels[20:30, 20 + 20 * k : 24 + 20 * k] = patch  # 40 of 76800 pixels
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG")
+    shown = np.asarray(Image.open(io.BytesIO(film._encode_gif(iter([buffer.getvalue()]), 10.0))).convert("RGB"))
+    seen = np.array([shown[25, 22 + 20 * k] for k in range(len(patches))])
+    assert np.abs(seen.astype(int) - patches.astype(int)).max() < 20
 
 
 def test_the_last_sample_is_filmed(run):

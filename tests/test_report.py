@@ -307,6 +307,8 @@ def test_the_curves_are_those_of_the_recording(run):
     x, desired = (array_of(data, curve["values"]) for curve in panels["x"]["curves"])
     assert panels["x"]["unit"] == "mm" and np.allclose(x, 1e3 * run.object_position[rows, 0], rtol=1e-6)
     assert np.allclose(desired, 1e3 * run.object_position_desired[rows, 0], rtol=1e-6)
+    latitude = [array_of(data, curve["values"]) for curve in panels["latitude Φ"]["curves"]]
+    assert np.allclose(np.transpose(latitude), np.degrees(run.contact_angles[rows, :, 1]), rtol=1e-6)
     torsion = [array_of(data, curve["values"]) for curve in panels["torsion"]["curves"]]
     assert np.allclose(np.transpose(torsion), 1e3 * run.contact_force[rows, :, 3], rtol=1e-5, atol=1e-6)
 

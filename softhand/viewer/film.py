@@ -105,12 +105,15 @@ def _pictures(
 
 
 def _encode_gif(pictures: Iterator[bytes], fps: float) -> bytes:
-    """One palette for all pictures, so that what stands still does not flicker."""
+    """One palette for all pictures, so that what stands still does not flicker.
+
+    It covers all hues: one by areas has greys alone, and torsion would look like slip.
+    """
     frames: list[Image.Image] = []
     palette = None
     for picture in pictures:
         image = Image.open(io.BytesIO(picture)).convert("RGB")
-        palette = palette or image.quantize(255)
+        palette = palette or image.quantize(255, Image.Quantize.MAXCOVERAGE)
         frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
     ends = np.rint(_GIF_CLOCK * np.arange(len(frames) + 1) / fps)
     durations = (1000 // _GIF_CLOCK * np.diff(ends)).astype(int).tolist()
