@@ -1,4 +1,4 @@
-"""Refresh docs/images/viewer.png with a headless Chromium.
+"""Refresh docs/images/viewer.png and docs/images/grasp.png with a headless Chromium.
 
 Example: python scripts/make_viewer_images.py
 """
@@ -23,7 +23,7 @@ def wait(page: Page, claim: str) -> None:
 
 
 def main() -> None:
-    """Replay target A, stop it and take the picture."""
+    """Replay target A, stop it and take the pictures, of the whole hand and from nearby."""
     recording = softhand.simulate(softhand.load_scenario("target-a"))
     with softhand.view(recording) as replay, Browser() as browser:
         page = browser.page(*SIZE)
@@ -32,6 +32,8 @@ def main() -> None:
         page.evaluate(f"softhand.wind({MOMENT})")
         wait(page, f"Math.abs(document.body.dataset.time - {MOMENT}) < 1e-3")
         (IMAGES / "viewer.png").write_bytes(page.screenshot())
+        page.evaluate("softhand.stage.orbit.view('grasp')")
+        (IMAGES / "grasp.png").write_bytes(page.screenshot())
 
 
 if __name__ == "__main__":

@@ -38,6 +38,8 @@ def main() -> None:
     except SofthandError as error:
         error_console().print(f"[bold red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
+        if isinstance(end, SystemExit) and end.code != INTERRUPTED:
+            raise
         error_console().print("interrupted", highlight=False)
         sys.exit(INTERRUPTED)

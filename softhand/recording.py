@@ -221,8 +221,9 @@ class Recording:
                 raise RecordingError("there is no such file" if not path.exists() else "it is not a file")
             return _from_netcdf(path)
         except Exception as error:  # HDF5 answers a damaged file with almost any type
+            why = "a part of it is missing" if "truncated file" in str(error) else error
             raise RecordingError(
-                f"{path}: cannot be read as a recording: {error}; give the run.nc of a softhand run", file=path
+                f"{path}: cannot be read as a recording: {why}; give the run.nc of a softhand run", file=path
             ) from error
 
 
@@ -299,10 +300,17 @@ def _to_netcdf(recording: Recording) -> bytes:
     return buffer.getvalue()
 
 
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""First bytes of a NetCDF-4 file."""
+
+
 def _from_netcdf(path: Path) -> Recording:
     import h5netcdf  # here for the reason given in _to_netcdf
     import h5py
 
+    with path.open("rb") as content:
+        if content.read(len(_SIGNATURE)) != _SIGNATURE:
+            raise RecordingError("it is no NetCDF-4 file")
     # An absolute path, because h5netcdf takes one that begins with "http" for an address.
     with h5py.File(path.absolute(), "r") as hdf:
         if "softhand_version" not in hdf.attrs or "time" not in hdf:

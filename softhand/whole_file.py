@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from softhand.errors import RecordingError
@@ -20,17 +20,29 @@ _REMEDIES = {
 
 def write_whole(path: Path, encode: Callable[[], bytes]) -> None:
     """Write what `encode` returns so that PATH is either the whole new content or untouched."""
+    with _partial(path) as partial:
+        partial.write_bytes(encode())
+        os.replace(partial, path)
+
+
+def check_place(path: Path) -> None:
+    """Refuse a path that cannot be written, before the work for its content is done."""
+    with _partial(path) as partial:
+        partial.touch()
+
+
+@contextmanager
+def _partial(path: Path) -> Iterator[Path]:
+    """A file beside PATH, gone at the end; what fails is told of PATH."""
     partial = Path(f"{path}.partial")
     try:
         if path.exists() and not path.is_file():  # a device or a pipe would be replaced by a file
             raise IsADirectoryError(errno.EISDIR, "it is a folder or a device")
-        partial.write_bytes(encode())
-        os.replace(partial, path)
-    except BaseException as error:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
-        if not isinstance(error, Exception):
-            raise
+        yield partial
+    except Exception as error:
         why = getattr(error, "strerror", None) or error
         remedy = _REMEDIES.get(getattr(error, "errno", None) or 0, "choose another path")
         raise RecordingError(f"{path}: cannot be written: {why}; {remedy}", file=path) from error
+    finally:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)

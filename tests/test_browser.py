@@ -129,6 +129,28 @@ def test_a_dead_chromium_is_told():
             page.evaluate("1")
 
 
+@needs_chromium
+def test_a_long_temporary_folder_is_no_obstacle(tmp_path, monkeypatch):
+    """The sockets of Chromium have short paths alone: its folder is made elsewhere, and removed."""
+    long = tmp_path / ("x" * 90)
+    long.mkdir()
+    monkeypatch.setenv("TMPDIR", str(long))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    with Browser() as chromium:
+        folder = chromium._folder
+        assert len(folder) <= 57 and chromium.page().evaluate("6 * 7") == 42
+    assert not os.path.exists(folder) and not list(long.iterdir())
+
+
+def test_no_place_for_the_profile_is_told(monkeypatch):
+    """The folder that was tried, and what to set."""
+    monkeypatch.setattr(browser, "_SHORT_FOLDER", "/nowhere")
+    monkeypatch.setattr(tempfile, "tempdir", "/" + "x" * 90)
+    monkeypatch.setenv("SOFTHAND_CHROMIUM", sys.executable)
+    with pytest.raises(BrowserError, match=r"/nowhere: cannot make a folder.*TMPDIR.*at most 30 characters"), Browser():
+        pass
+
+
 def test_what_ends_at_once_is_told(tmp_path, monkeypatch):
     """A program that is no Chromium: its last words are in the message, and no folder stays."""
     program = tmp_path / "chromium"
@@ -136,7 +158,8 @@ def test_what_ends_at_once_is_told(tmp_path, monkeypatch):
     program.chmod(0o755)
     (tmp_path / "t").mkdir()
     monkeypatch.setenv("SOFTHAND_CHROMIUM", str(program))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
+    monkeypatch.setattr(tempfile, "tempdir", "/" + "x" * 90)
+    monkeypatch.setattr(browser, "_SHORT_FOLDER", str(tmp_path / "t"))
     with pytest.raises(BrowserError, match=r"ended .* no display"), Browser():
         pass
     assert not list((tmp_path / "t").iterdir())

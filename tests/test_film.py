@@ -15,7 +15,7 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand import BrowserError, RecordingError, SofthandError, load_scenario, simulate, write_film
-from softhand.viewer import film
+from softhand.viewer import film, palette
 
 SMALL = (320, 240)
 
@@ -75,7 +75,7 @@ def test_an_mp4_has_the_size_and_length_asked_for(run, tmp_path):
 def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     """Ctrl-C in a film: exit code 130, no half file, no temporary folder, no process."""
     run.save(tmp_path / "run.nc")
-    folder = Path(tempfile.mkdtemp())  # short: the name of a socket of Chromium must fit below it
+    folder = Path(tempfile.mkdtemp(dir="/tmp"))  # short: a longer one is not taken for Chromium
     process = subprocess.Popen(
         [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "0.02", "--fps", "10"],
         cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
@@ -92,7 +92,7 @@ def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     assert groups and len(living(groups[0])) > 2, process.communicate(timeout=60)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130 and "Traceback" not in errors
+    assert process.returncode == 130 and "interrupted" in errors and "Traceback" not in errors
     assert wait_until(lambda: not any(map(living, groups)))
     assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]
     folder.rmdir()
@@ -124,6 +124,22 @@ def test_a_gif_keeps_the_time():
     assert sum(durations) == 1000 and set(durations) == {30, 40}
 
 
+def test_a_gif_keeps_small_coloured_things():
+    """Arrows and gauges cover little of a picture, and their hues mean something."""
+    grey = np.add.outer(np.linspace(60, 250, 240), np.linspace(-30, 30, 320))[:, :, None]
+    noise = np.random.default_rng(0).normal(0.0, 6.0, (240, 320, 3))
+    pixels = np.clip(grey + noise, 0, 255).astype(np.uint8)
+    colours = [palette.use_colour(use) for use in np.linspace(0.0, 1.0, 9)] + [palette.TORSION, palette.SLIPPING]
+    patches = np.rint(255 * np.array(colours)).astype(np.uint8)
+    for k, patch in enumerate(patches):
+        pixels[20:30, 20 + 20 * k : 24 + 20 * k] = patch  # 40 of 76800 pixels
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG")
+    shown = np.asarray(Image.open(io.BytesIO(film._encode_gif(iter([buffer.getvalue()]), 10.0))).convert("RGB"))
+    seen = np.array([shown[25, 22 + 20 * k] for k in range(len(patches))])
+    assert np.abs(seen.astype(int) - patches.astype(int)).max() < 20
+
+
 def test_the_last_sample_is_filmed(run):
     """0.5 s at 8 a second ends exactly; at 7 a second one more picture shows the end."""
     for fps, count in ((8.0, 5), (7.0, 5)):
@@ -151,8 +167,17 @@ def test_what_cannot_be_filmed_is_told_first(run, tmp_path, name, options, words
 
 def test_a_missing_folder_is_told_first(run, tmp_path):
     """Before minutes of work, not after."""
-    with pytest.raises(RecordingError, match="no folder"):
+    with pytest.raises(RecordingError, match="choose a folder that exists"):
         write_film(run, tmp_path / "nowhere" / "run.gif")
+
+
+def test_a_missing_chromium_is_told_first(run, tmp_path, monkeypatch):
+    """Before the pictures are prepared."""
+    told = []
+    monkeypatch.setenv("SOFTHAND_CHROMIUM", "/nowhere/chromium")
+    with pytest.raises(BrowserError):
+        write_film(run, tmp_path / "run.gif", progress=told.append)
+    assert told == []
 
 
 def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):

@@ -406,7 +406,15 @@ def test_a_folder_is_no_recording(tmp_path: Path) -> None:
         Recording.load(tmp_path)
 
 
-@pytest.mark.parametrize("content", [b"", b"duration = 2\n", b"CDF\x01" + bytes(100), b"\x89HDF\r\n\x1a\n"])
+@pytest.mark.parametrize("content", [b"", b"duration = 2\n", b"CDF\x01" + bytes(100)])
+def test_another_file_is_called_so(content: bytes, tmp_path: Path) -> None:
+    """The message is in words of the user, not of HDF5."""
+    (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(RecordingError, match=r"cannot be read as a recording: it is no NetCDF-4 file; give the run.nc"):
+        Recording.load(tmp_path / "other.nc")
+
+
+@pytest.mark.parametrize("content", [b"\x89HDF\r\n\x1a\n", b"\x89HDF\r\n\x1a\n" + bytes(1000)])
 def test_another_file_is_no_recording(content: bytes, tmp_path: Path) -> None:
     """Loading any other file, even one that begins like NetCDF, is a RecordingError."""
     (tmp_path / "other.nc").write_bytes(content)
@@ -419,7 +427,7 @@ def test_a_truncated_file_is_no_recording(share: float, saved: Path, tmp_path: P
     """A recording cut short anywhere is a RecordingError."""
     whole = saved.read_bytes()
     (tmp_path / "run.nc").write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(RecordingError, match="cannot be read as a recording"):
+    with pytest.raises(RecordingError, match="cannot be read as a recording: a part of it is missing"):
         Recording.load(tmp_path / "run.nc")
 
 

@@ -151,7 +151,7 @@ def test_the_scrub_bar_moves_film_and_cursors_together(visit):
         "const a = c.querySelector('.area').getBoundingClientRect(), b = c.querySelector('.cursor');"
         "return (b.getBoundingClientRect().x - a.x - 38) / (a.width - 46)})"
     )
-    assert len(places) == 9 + 4 + 4 + 3
+    assert len(places) == 9 + 4 + 5 + 3
     assert np.allclose(places, page.evaluate("softhand.time()") / 2.0, atol=0.02)
     assert differs(start, film(page)) > 0.01
 
@@ -258,7 +258,7 @@ def test_without_3d_graphics_the_curves_stay(chromium, files):
     page.open(files["one"].as_uri() + "#t=0.5")
     assert page.evaluate("softhand.ready.then(() => softhand.time())") == 0.5
     assert "shows no 3-D graphics" in page.evaluate("document.body.innerText")
-    assert page.evaluate("document.querySelectorAll('.chart').length") == 20
+    assert page.evaluate("document.querySelectorAll('.chart').length") == 9 + 4 + 5 + 3
 
 
 @needs_chromium
@@ -307,6 +307,8 @@ def test_the_curves_are_those_of_the_recording(run):
     x, desired = (array_of(data, curve["values"]) for curve in panels["x"]["curves"])
     assert panels["x"]["unit"] == "mm" and np.allclose(x, 1e3 * run.object_position[rows, 0], rtol=1e-6)
     assert np.allclose(desired, 1e3 * run.object_position_desired[rows, 0], rtol=1e-6)
+    latitude = [array_of(data, curve["values"]) for curve in panels["latitude Φ"]["curves"]]
+    assert np.allclose(np.transpose(latitude), np.degrees(run.contact_angles[rows, :, 1]), rtol=1e-6)
     torsion = [array_of(data, curve["values"]) for curve in panels["torsion"]["curves"]]
     assert np.allclose(np.transpose(torsion), 1e3 * run.contact_force[rows, :, 3], rtol=1e-5, atol=1e-6)
 
@@ -330,6 +332,22 @@ def test_the_film_is_that_of_the_recording(run):
             assert np.allclose(vertices, np.reshape(update.vertices, -1), atol=2e-6)
             seen["shapes"] += 1
     assert seen["poses"] > 10 and seen["shapes"] >= 3
+
+
+def test_two_runs_have_one_scale(run, other):
+    """Equal forces look equal: the same legend, and arrows in one proportion to their forces."""
+    data = data_of(report_page([run, other]))
+    films = [shown["film"] for shown in data["runs"]]
+    assert films[0]["legend"] == films[1]["legend"]
+    scale = []
+    for film, recording in zip(films, (run, other), strict=True):
+        items = {item["name"]: item for item in film["items"]}
+        last = {}
+        for part in ("shaft", "head"):
+            poses = array_of(data, items[f"forces/finger_1_tip_{part}"]["poses"]).reshape(-1, 3, 4)
+            last[part] = np.linalg.norm(poses[-1, :, 2])
+        scale.append(sum(last.values()) / np.linalg.norm(recording.contact_force[-1, 0, :3]))
+    assert scale[0] == pytest.approx(scale[1], rel=1e-5)
 
 
 def test_a_frame_is_the_nearest_sample(run):
@@ -399,6 +417,22 @@ def test_a_full_disk_leaves_the_older_report(run, tmp_path, monkeypatch):
     assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"older"]
 
 
+def test_a_folder_that_is_missing_is_told_first(run, tmp_path):
+    """Before the work, not after."""
+    told = []
+    with pytest.raises(RecordingError, match="choose a folder that exists"):
+        write_report(tmp_path / "nowhere" / "report.html", run, progress=told.append)
+    assert told == []
+
+
+def test_the_command_says_that_a_run_is_incomplete(stopped, tmp_path):
+    """One line with time and reason; nothing if quiet."""
+    stopped.save(tmp_path / "a.nc")
+    said = command("report", "a.nc", folder=tmp_path).stdout
+    assert "incomplete recording, goes to 0.8 s: finger_2_tip rolls over its <apex>" in said
+    assert command("report", "a.nc", "--quiet", folder=tmp_path).stdout == ""
+
+
 def test_a_recording_writes_its_report(run, other, tmp_path):
     """`recording.to_html` is `write_report`, for one run or several."""
     run.to_html(tmp_path / "one.html", other)
@@ -437,6 +471,7 @@ def test_the_command_writes_beside_the_recording(run, other, tmp_path):
         (["missing.nc"], "no such file"),
         (["text.nc"], "cannot be read as a recording"),
         (["a.nc", "--out", "nowhere/report.html"], "choose a folder that exists"),
+        (["a.nc", "--out", "report.pdf"], "unknown ending '.pdf'; choose .html"),
     ],
 )
 def test_a_mistake_is_one_line(run, tmp_path, arguments, words):

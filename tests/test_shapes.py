@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from softhand.viewer import shapes
-from softhand.viewer.contacts import gauge_vertices, ribbon
+from softhand.viewer.contacts import gauge_vertices, tube
 from softhand.viewer.shapes import Mesh
 from softhand.viewer.tip_shape import (
     Indentation,
@@ -58,6 +60,39 @@ def normal_of(indentation: Indentation) -> np.ndarray:
 def test_rigid_shapes_enclose_their_volume(mesh, expected):
     """Triangles point outward and the facets lose little."""
     assert 0.97 * expected < volume(mesh) <= expected * (1.0 + 1e-9)
+
+
+def wedge() -> Mesh:
+    """A tetrahedron whose triangles share their vertices."""
+    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.3]])
+    return Mesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "count"),
+    [
+        (shapes.box([0.1, 0.2, 0.3]), 12),
+        (wedge(), 6),
+        (shapes.cylinder(0.1, 0.3), 64),
+        (shapes.sphere(0.1), 0),
+        (shapes.capsule(0.1, 0.3), 0),
+    ],
+    ids=["box", "wedge", "cylinder", "sphere", "capsule"],
+)
+def test_edges_are_where_a_shape_bends(mesh, count):
+    """One bar an edge, the rims of a cylinder facet by facet; none across a plane face or a smooth surface."""
+    bars = shapes.feature_edges(mesh, 1e-3)
+    assert len(bars.vertices) == count * 16 and np.isfinite(bars.vertices).all()
+
+
+def test_bars_lie_on_the_edges_of_a_box():
+    """Their middles are those of the edges; they reach their radius beyond the corners."""
+    bars = shapes.feature_edges(shapes.box([0.2, 0.4, 0.6]), 1e-3).vertices
+    middles = {tuple(middle) for middle in np.round(bars.reshape(12, 16, 3).mean(axis=1), 9) + 0.0}
+    half = np.array([0.1, 0.2, 0.3])
+    signs = [s for s in product((-1, 0, 1), repeat=3) if s.count(0) == 1]
+    assert middles == {tuple(np.round(half * s, 9) + 0.0) for s in signs}
+    np.testing.assert_allclose(bars.max(axis=0), half + 1e-3, atol=1e-9)
 
 
 def test_merged_meshes_keep_their_volumes():
@@ -183,15 +218,16 @@ def test_the_gauge_ends_at_its_angle(angle):
     assert np.arctan2(end[1], end[0]) == pytest.approx(angle)
 
 
-def test_a_ribbon_lies_on_its_face_and_follows_its_path():
-    """Its middle is the path, its width is across it in the face."""
+def test_a_tube_follows_its_path():
+    """Each ring is about a point of the path, across it, of the radius asked for."""
     path = np.stack([np.linspace(0.0, 1.0, 50), np.zeros(50), np.zeros(50)], axis=1)
-    sides = ribbon(path, np.array([0.0, 0.0, 1.0]), 0.2, 0.1).reshape(-1, 2, 3)
-    np.testing.assert_allclose(sides.mean(axis=1)[[0, -1]], [[0.0, 0.0, 0.1], [1.0, 0.0, 0.1]], atol=1e-12)
-    np.testing.assert_allclose(sides[:, 1] - sides[:, 0], np.tile([0.0, 0.2, 0.0], (len(sides), 1)), atol=1e-12)
+    rings = tube(path, np.array([0.0, 0.0, 1.0]), 0.2).reshape(-1, 6, 3)
+    np.testing.assert_allclose(rings.mean(axis=1)[[0, -1]], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(np.ptp(rings[:, :, 0], axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.hypot(rings[:, :, 1], rings[:, :, 2]), 0.2)
 
 
 @pytest.mark.parametrize("samples", [0, 1, 2])
-def test_a_ribbon_of_a_short_or_resting_path_is_finite(samples):
+def test_a_tube_of_a_short_or_resting_path_is_finite(samples):
     """No direction is needed where nothing moved."""
-    assert np.isfinite(ribbon(np.zeros((samples, 3)), np.array([0.0, 0.0, 1.0]), 0.1, 0.0)).all()
+    assert np.isfinite(tube(np.zeros((samples, 3)), np.array([0.0, 0.0, 1.0]), 0.1)).all()

@@ -124,13 +124,16 @@ def test_torsion_gauges_turn_with_the_sign_of_the_torsion(scene, recording):
         np.testing.assert_array_equal(updates[f"torsion/{name}"].pose[:3, :3], recording.contact_rotation[k, i])
 
 
-def test_trails_end_at_the_contact(scene, recording):
-    """The ribbon's last two vertices lie beside the contact point on the object's face, its first at the start's."""
+def test_trails_go_from_the_first_contact_to_the_last(scene, recording):
+    """The rings at both ends of the tube are about the contact points of the start and of now, on the object."""
     updates = updates_of(scene, 500)
     for i, name in enumerate(recording.labels["contact"]):
         trail = updates[f"trails/{name}"]
-        middle = trail.vertices[-2:].mean(axis=0) @ trail.pose[:3, :3].T + trail.pose[:3, 3]
-        assert np.linalg.norm(middle - recording.contact_point[500, i]) < 1.1e-3
+        rings = trail.vertices.reshape(-1, 6, 3).mean(axis=1)
+        now = rings[-1] @ trail.pose[:3, :3].T + trail.pose[:3, 3]
+        np.testing.assert_allclose(now, recording.contact_point[500, i], atol=1e-9)
+        start = updates_of(scene, 0)[f"trails/{name}"].vertices[0]
+        np.testing.assert_allclose(rings[0], start, atol=1e-9)
 
 
 def test_the_ghost_is_at_the_desired_pose(scene, recording):
@@ -157,8 +160,10 @@ def test_the_bounds_hold_everything(scene):
             if item.layer in ("links", "base", "object", "tips"):
                 vertices = item.vertices if update.vertices is None else update.vertices
                 place = vertices @ update.pose[:3, :3].T + update.pose[:3, 3]
-                farthest = max(farthest, np.linalg.norm(place - scene.bounds.centre, axis=1).max())
-    assert 0.9 * scene.bounds.radius < farthest < 1.01 * scene.bounds.radius
+                farthest = max(farthest, np.linalg.norm(place - scene.bounds.whole.centre, axis=1).max())
+    grasp, whole = scene.bounds.grasp, scene.bounds.whole
+    assert 0.05 < grasp.radius < 0.7 * whole.radius  # the box, its tips and its way
+    assert 0.9 * scene.bounds.whole.radius < farthest < 1.01 * scene.bounds.whole.radius
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
@@ -413,13 +418,20 @@ def test_simulate_view_writes_the_same_results(tmp_path):
     assert Recording.load(tmp_path / "run.nc").complete
 
 
+def test_a_viewer_that_cannot_start_leaves_no_folder(tmp_path):
+    """The mistake is told before anything is written."""
+    command = ["simulate", "--view", "--no-open", "--speed", "0", "--duration", "0.01", "--out", str(tmp_path / "new")]
+    assert CliRunner().invoke(app, command).exit_code == 1
+    assert not (tmp_path / "new").exists()
+
+
 def test_view_plays_an_incomplete_recording_as_far_as_it_goes(recording, tmp_path):
     """And says why it ends."""
     part = dataclasses.replace(recording, complete=False, reason="interrupted at t = 0.5 s", stop_time=0.5)
     part.save(tmp_path / "run.nc")
     result = CliRunner().invoke(app, ["view", str(tmp_path / "run.nc"), "--once", "--no-open", "--speed", "20"])
     assert result.exit_code == 0, result.output
-    assert "plays to 0.5 s: interrupted" in result.output
+    assert "goes to 0.5 s: interrupted" in result.output
 
 
 def test_view_names_a_file_that_is_no_recording(tmp_path):
@@ -476,15 +488,38 @@ def test_each_layer_has_a_switch_that_works(browser, replay, scene):
     page = browser.page(900, 700)
     page.open(replay.address)
     picture(page, replay, 0.5)
-    page.evaluate("softhand.stage.setLayer('forces', false)")  # an arrow hides the trail below it from here
     before = page.evaluate("document.getElementById('stage').toDataURL()")
     keys = page.evaluate("[...document.querySelectorAll('[data-layer]')].map((box) => box.dataset.layer)")
     assert keys == list(scene.layers)
-    for key in set(keys) - {"forces"}:
+    for key in keys:
         page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
         assert page.evaluate("document.getElementById('stage').toDataURL()") != before, key
         page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
     assert page.evaluate("document.getElementById('stage').toDataURL()") == before
+
+
+@needs_chromium
+def test_trails_are_seen_below_their_arrows(browser, replay):
+    """With all layers on, hiding the trails changes the picture from the default side."""
+    page = browser.page(900, 700)
+    page.open(replay.address)
+    before = picture(page, replay, 0.5)
+    page.evaluate("document.querySelector('[data-layer=trails]').click()")
+    assert page.evaluate("document.getElementById('stage').toDataURL()") != before
+
+
+@needs_chromium
+def test_the_grasp_can_be_seen_from_nearby(browser, replay, scene):
+    """The button `grasp` brings the camera to the object and the tips, `3-D` back to the whole hand."""
+    page = browser.page(900, 700)
+    page.open(replay.address)
+    whole = picture(page, replay, 0.5)
+    press = "[...document.querySelectorAll('#views button')].find((b) => b.textContent === '{}').click()"
+    page.evaluate(press.format("grasp"))
+    assert page.evaluate("softhand.stage.orbit.target.toArray()") == pytest.approx(list(scene.bounds.grasp.centre))
+    assert page.evaluate("softhand.stage.orbit.distance") < 0.7
+    page.evaluate(press.format("3-D"))
+    assert page.evaluate("document.getElementById('stage').toDataURL()") == whole
 
 
 @needs_chromium

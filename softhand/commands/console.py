@@ -12,6 +12,7 @@ import typer
 from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
+    from softhand.recording import Recording
     from softhand.simulation import Progress
 
 Set = Annotated[
@@ -49,6 +50,14 @@ def say_compiling(quiet: bool) -> None:
 
     if not quiet and is_first_run():
         error_console().print("First run: compiling the contact kernels, once, for some seconds ...", highlight=False)
+
+
+def note_incomplete(*recordings: Recording) -> None:
+    """Say of each recording that ended early how far it goes."""
+    for run in recordings:
+        if not run.complete:
+            note = f"[yellow]note:[/] incomplete recording, goes to {run.stop_time:g} s: {escape(run.reason)}"
+            console().print(note, highlight=False, soft_wrap=True)
 
 
 @contextmanager

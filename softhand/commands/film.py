@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, progress
+from softhand.commands.console import Quiet, console, note_incomplete, progress
 from softhand.errors import SofthandError
 
 
@@ -27,6 +27,8 @@ def film(
 
     pixels = _pixels(size)
     run = Recording.load(recording)
+    if not quiet:
+        note_incomplete(run)
     with progress("filming", 1.0, quiet) as tell:
         write_film(run, out, fps, pixels, speed, tell or (lambda done: None))
     if not quiet:

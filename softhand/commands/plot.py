@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import console
+from softhand.commands.console import console, note_incomplete
 
 
 @app.command(epilog="Example: softhand plot runs/target-a/run.nc --out grasp.pdf")
@@ -24,5 +24,7 @@ def plot(
     from softhand.recording import Recording
 
     target = out or recording.parent / "figure.png"
-    save_figure(draw_run(Recording.load(recording)), target)
+    run = Recording.load(recording)
+    note_incomplete(run)
+    save_figure(draw_run(run), target)
     console().print(f"wrote {target}", highlight=False)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, progress
+from softhand.commands.console import Quiet, console, note_incomplete, progress
 
 
 @app.command(epilog="Example: softhand report runs/target-a/run.nc runs/target-b/run.nc --out both.html")
@@ -25,6 +25,8 @@ def report(
 
     runs = [Recording.load(recording) for recording in recordings]
     target = out or recordings[0].parent / "report.html"
+    if not quiet:
+        note_incomplete(*runs)
     with progress("making the report", 1.0, quiet) as tell:
         write_report(target, *runs, progress=tell or (lambda done: None))
     if not quiet:

@@ -102,14 +102,12 @@ def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window:
     from softhand.assembly import build
 
     simulation = build(scenario)
-    make_folder(folder)
-    write_text(folder / "scenario.toml", simulation.scenario)
     try:
-        with (
-            window.watch(simulation) if window else nullcontext() as watch,
-            progress("simulating", scenario.duration, quiet) as report,
-        ):
-            recording = simulation.run(report, watch)
+        with window.watch(simulation) if window else nullcontext() as watch:
+            make_folder(folder)
+            write_text(folder / "scenario.toml", simulation.scenario)
+            with progress("simulating", scenario.duration, quiet) as report:
+                recording = simulation.run(report, watch)
     except SimulationStopped as stop:
         _save(stop.recording, folder, plot)  # type: ignore[attr-defined]
         stop.args = (f"{stop}\nWhat was computed until then is in {folder}/.",)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import console, escape
+from softhand.commands.console import console, escape, note_incomplete
 
 if TYPE_CHECKING:
     from softhand.viewer.live import Page
@@ -38,8 +38,7 @@ def view(
 
     run = Recording.load(recording)
     with Replay(run, speed, once, host, port) as replay:
-        if not run.complete:
-            _say(f"[yellow]note:[/] incomplete recording, plays to {run.stop_time:g} s: {escape(run.reason)}")
+        note_incomplete(run)
         show_page(replay, open_page)
         replay.play()
         try:

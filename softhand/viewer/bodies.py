@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from softhand.viewer.item import Colour, Item, Part, Update, item
 from softhand.viewer.moment import Moment
 from softhand.viewer.palette import DESIRED, JOINT, LINK, OBJECT, PALM, darker
-from softhand.viewer.shapes import Mesh, box_edges, cylinder, merged, moved, sphere
+from softhand.viewer.shapes import Mesh, axes_along, cylinder, feature_edges, merged, moved, sphere
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import Visual
 
@@ -64,8 +64,8 @@ class Object(Part):
         for k, visual in enumerate(visuals):
             colour = visual.colour or OBJECT
             self.items.append(item(f"object/body_{k}", moved(visual.mesh, visual.pose), colour, opacity=0.16))
-            if visual.size is not None:
-                edges = moved(box_edges(visual.size, 0.035 * unit), visual.pose)
+            edges = moved(feature_edges(visual.mesh, 0.035 * unit), visual.pose)
+            if len(edges.faces):
                 self.items.append(item(f"object/edges_{k}", edges, darker(colour)))
 
     def update(self, moment: Moment) -> list[Update]:
@@ -80,8 +80,8 @@ class DesiredPose(Part):
         self.items = []
         for k, visual in enumerate(visuals):
             self.items.append(item(f"desired/body_{k}", moved(visual.mesh, visual.pose), DESIRED, opacity=0.05))
-            if visual.size is not None:
-                edges = moved(box_edges(visual.size, 0.03 * unit), visual.pose)
+            edges = moved(feature_edges(visual.mesh, 0.03 * unit), visual.pose)
+            if len(edges.faces):
                 self.items.append(item(f"desired/edges_{k}", edges, DESIRED, opacity=0.75))
 
     def update(self, moment: Moment) -> list[Update]:
@@ -94,11 +94,3 @@ def _along(direction: Array) -> Array:
     pose = np.eye(4)
     pose[:3, :3] = axes_along(direction)
     return pose
-
-
-def axes_along(direction: Array) -> Array:
-    """A rotation whose z axis has a direction, shape (3, 3)."""
-    z = direction / np.linalg.norm(direction)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])

@@ -45,6 +45,8 @@ _FLAGS = (
 )
 _READ_BY_CHROMIUM, _WRITTEN_BY_CHROMIUM = 3, 4  # file descriptors, fixed by --remote-debugging-pipe
 _GRACE = 5.0  # [s] for Chromium to end by itself
+_SHORT_FOLDER = "/tmp"
+_LONGEST_FOLDER = 57  # characters; Chromium makes a socket 46 below it, and macOS takes 103 for the whole path
 
 
 def find_chromium() -> str:
@@ -92,7 +94,7 @@ class Browser:
         self._received = b""
 
     def __enter__(self) -> Browser:
-        self._folder = tempfile.mkdtemp(prefix="softhand-chromium-")
+        self._folder = _new_folder()
         self._process = 0
         try:
             self._start()
@@ -184,7 +186,7 @@ class Browser:
             self._process = os.posix_spawn(
                 self._chromium,
                 [self._chromium, *_FLAGS, f"--user-data-dir={self._folder}", "about:blank"],
-                os.environ,
+                {**os.environ, "TMPDIR": self._folder},
                 file_actions=[
                     (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0),
                     (os.POSIX_SPAWN_OPEN, 1, log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600),
@@ -274,6 +276,21 @@ class Page:
             self.console_errors.append(" ".join(texts))
         elif event == "Log.entryAdded" and parameters["entry"]["level"] == "error":
             self.console_errors.append(parameters["entry"]["text"])
+
+
+def _new_folder() -> str:
+    """For the profile and all else that Chromium leaves: among the temporary files, if that path is short enough."""
+    longest = _LONGEST_FOLDER - len("/softhand-chromium-") - 8
+    place = tempfile.gettempdir()
+    if len(os.fsencode(place)) > longest:
+        place = _SHORT_FOLDER
+    try:
+        return tempfile.mkdtemp(prefix="softhand-chromium-", dir=place)
+    except OSError as error:
+        raise BrowserError(
+            f"{place}: cannot make a folder for Chromium here: {error.strerror}; "
+            f"set TMPDIR to a folder that you may write to, of at most {longest} characters."
+        ) from error
 
 
 def _exception(details: dict[str, Any]) -> str:

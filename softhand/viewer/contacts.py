@@ -7,17 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.viewer.bodies import axes_along
 from softhand.viewer.item import Colour, Part, Update, item
 from softhand.viewer.moment import Moment
 from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, TORSION, TRAIL, use_colour
-from softhand.viewer.shapes import Mesh, arrow, disc, grid_faces, lathe
+from softhand.viewer.shapes import Mesh, arrow, axes_along, disc, grid_faces, lathe
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.tip_shape import Indentation, net_segments, tip_faces, tip_net, tip_surface
 
 Array = NDArray[np.float64]
 
-_TRAIL_POINTS = 160
+_TRAIL_POINTS, _TRAIL_SIDES = 64, 6
 _GAUGE_RINGS, _GAUGE_SIDES = 48, 8
 _GAUGE_LARGEST = 1.5 * np.pi  # [rad], arc of the largest torsion
 _ABOVE = 0.03  # of the unit: how far flat things are lifted off the face, so that they do not flicker in it
@@ -113,27 +112,22 @@ class Torsion(Part):
 
 
 class Trails(Part):
-    """Where each contact has been on the faces of the object."""
+    """Where each contact has been on the faces of the object; seen through all else, for it lies below the arrow."""
 
     def __init__(self, names: Sequence[str], unit: float) -> None:
         self._unit = unit
-        k = np.arange(_TRAIL_POINTS - 1)
-        faces = np.concatenate(
-            [np.stack([2 * k, 2 * k + 2, 2 * k + 1], 1), np.stack([2 * k + 1, 2 * k + 2, 2 * k + 3], 1)]
-        )
-        empty = Mesh(np.zeros((2 * _TRAIL_POINTS, 3)), faces.astype(np.int32))
-        self.items = [item(f"trails/{name}", empty, TRAIL, soft=True) for name in names]
+        empty = Mesh(tube(np.zeros((0, 3)), np.array([0.0, 0.0, 1.0]), 0.0), grid_faces(_TRAIL_POINTS, _TRAIL_SIDES))
+        self.items = [item(f"trails/{name}", empty, TRAIL, soft=True, on_top=True) for name in names]
         self.path = np.zeros((0, len(names), 3))
         """Contact points so far in the object frame [m], the last one now, shape (samples, nc, 3)."""
 
     def update(self, moment: Moment) -> list[Update]:
-        """A ribbon just inside the face, where the disc does not hide it."""
+        """A tube on the face."""
         updates = []
         to_object = moment.object_pose[:3, :3].T
         for i in range(len(self.items)):
             normal = -to_object @ moment.contact_rotation[i, :, 2]
-            vertices = ribbon(self.path[:, i], normal, 0.13 * self._unit, -3.0 * _ABOVE * self._unit)
-            updates.append(Update(moment.object_pose, vertices))
+            updates.append(Update(moment.object_pose, tube(self.path[:, i], normal, 0.04 * self._unit)))
         return updates
 
 
@@ -170,28 +164,29 @@ def gauge_vertices(angle: float, unit: float) -> Array:
     return vertices.reshape(-1, 3)
 
 
-def ribbon(path: Array, normal: Array, width: float, lift: float) -> Array:
-    """A flat band along a path, of a fixed number of vertices: two a point.
+def tube(path: Array, normal: Array, radius: float) -> Array:
+    """A tube along a path on a face, of a fixed number of vertices: a ring a point.
 
     Args:
         path: [m], shape (samples, 3).
-        normal: of the band, unit length, shape (3,).
-        width: [m].
-        lift: how far it lies above the path, along the normal [m].
+        normal: of the face, unit length, shape (3,).
+        radius: [m].
     """
     if not len(path):
-        return np.zeros((2 * _TRAIL_POINTS, 3))
+        return np.zeros((_TRAIL_POINTS * _TRAIL_SIDES, 3))
     where = np.linspace(0.0, len(path) - 1.0, _TRAIL_POINTS)
     known = np.arange(len(path))
-    points = np.stack([np.interp(where, known, path[:, k]) for k in range(3)], axis=1) + lift * normal
+    points = np.stack([np.interp(where, known, path[:, k]) for k in range(3)], axis=1)
     forward = np.gradient(points, axis=0)
     length = np.linalg.norm(forward, axis=1)
     moving = length > 1e-9
     if not moving.any():
-        return np.repeat(points, 2, axis=0)
+        return np.repeat(points, _TRAIL_SIDES, axis=0)
     last = np.maximum.accumulate(np.where(moving, np.arange(_TRAIL_POINTS), np.argmax(moving)))
     side = np.cross(normal, forward[last] / length[last, None])
-    return np.stack([points - 0.5 * width * side, points + 0.5 * width * side], axis=1).reshape(-1, 3)
+    around = np.linspace(0.0, 2.0 * np.pi, _TRAIL_SIDES, endpoint=False)[:, None]
+    vertices: Array = points[:, None] + radius * (np.cos(around) * side[:, None] + np.sin(around) * normal)
+    return vertices.reshape(-1, 3)
 
 
 def _gauge_faces() -> NDArray[np.int32]:

@@ -26,7 +26,7 @@ _MOST_SAMPLES = 2500  # more than a panel has pixels
 _DESIRED = "#000000"
 _BLOCKS = {
     "Contact forces": ("normal force", "tangential force", "torsion moment", "friction use"),
-    "Deformation": ("deformation δr", "deformation δθ", "deformation δφ", "deformation δψ"),
+    "Deformation": ("deformation δr", "latitude Φ", "deformation δθ", "deformation δφ", "deformation δψ"),
 }
 
 

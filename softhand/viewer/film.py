@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from softhand.errors import RecordingError, SofthandError
+from softhand.errors import SofthandError
 from softhand.recording import Recording
-from softhand.viewer.browser import Browser
+from softhand.viewer.browser import Browser, find_chromium
 from softhand.viewer.report import report_page
-from softhand.whole_file import write_whole
+from softhand.whole_file import check_place, write_whole
 
 FORMATS = ("mp4", "gif")
 _MOST_FRAMES = 600  # kept in the page; between them it interpolates
@@ -54,6 +54,7 @@ def write_film(
     path = Path(path)
     ending = path.suffix.lower().removeprefix(".")
     _check(path, ending, fps, size, speed)
+    find_chromium()
     encode = _encode_gif if ending == "gif" else _encode_mp4(_find_ffmpeg())
     page = report_page(
         [recording], fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
@@ -69,8 +70,7 @@ def _check(path: Path, ending: str, fps: float, size: tuple[int, int], speed: fl
     if ending not in FORMATS:
         got = f"has the unknown ending {path.suffix!r}" if ending else "has no ending"
         raise SofthandError(f"{path}: the name of the film {got}; choose .mp4 or .gif.", value=path.suffix)
-    if not path.parent.is_dir():
-        raise RecordingError(f"{path}: cannot be written: there is no folder {path.parent}; make it first.", file=path)
+    check_place(path)
     fastest = _FASTEST_GIF if ending == "gif" else 240.0
     if not 1.0 <= fps <= fastest:
         raise SofthandError(f"fps: {fps:g} is out of range; a .{ending} takes 1 to {fastest:g}.", value=fps)
@@ -105,12 +105,15 @@ def _pictures(
 
 
 def _encode_gif(pictures: Iterator[bytes], fps: float) -> bytes:
-    """One palette for all pictures, so that what stands still does not flicker."""
+    """One palette for all pictures, so that what stands still does not flicker.
+
+    It covers all hues: one by areas has greys alone, and torsion would look like slip.
+    """
     frames: list[Image.Image] = []
     palette = None
     for picture in pictures:
         image = Image.open(io.BytesIO(picture)).convert("RGB")
-        palette = palette or image.quantize(255)
+        palette = palette or image.quantize(255, Image.Quantize.MAXCOVERAGE)
         frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
     ends = np.rint(_GIF_CLOCK * np.arange(len(frames) + 1) / fps)
     durations = (1000 // _GIF_CLOCK * np.diff(ends)).astype(int).tolist()

@@ -41,6 +41,7 @@ class Item:
         opacity: 0 to 1.
         soft: whether its vertices change.
         kind: "mesh" or "lines".
+        on_top: whether it is seen through all that is before it.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Item:
     opacity: float = 1.0
     soft: bool = False
     kind: str = "mesh"
+    on_top: bool = False
 
 
 class Update(NamedTuple):
@@ -76,8 +78,15 @@ class Part:
 
 
 def item(
-    name: str, mesh: Mesh, colour: Colour, *, opacity: float = 1.0, soft: bool = False, kind: str = "mesh"
+    name: str,
+    mesh: Mesh,
+    colour: Colour,
+    *,
+    opacity: float = 1.0,
+    soft: bool = False,
+    kind: str = "mesh",
+    on_top: bool = False,
 ) -> Item:
     """An item of the layer that its name starts with."""
     vertices, faces = mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32)
-    return Item(name, name.partition("/")[0], vertices, faces, colour, opacity, soft, kind)
+    return Item(name, name.partition("/")[0], vertices, faces, colour, opacity, soft, kind, on_top)

@@ -12,14 +12,13 @@ import numpy.typing as npt
 
 from softhand.recording import Recording
 from softhand.viewer.item import Item, Update
-from softhand.viewer.scene import RecordedScene
+from softhand.viewer.scene import RecordedScene, Scales
 
 Array = npt.NDArray[Any]
 Data = dict[str, Any]
 
 _TYPES = {"f4": "<f4", "i4": "<i4", "i2": "<i2", "u1": "|u1"}
 _STEPS = 4095  # from the mean of a soft item to its farthest vertex: about a micrometre for a fingertip
-_HIDDEN_AT_FIRST = ("internal",)
 
 
 class Store:
@@ -50,12 +49,15 @@ def frames_of(recording: Recording, rate: float, most: int) -> Array:
     return np.unique(np.minimum(nearest, len(time) - 1))
 
 
-def pack_film(store: Store, recording: Recording, rate: float, most: int, progress: Callable[[float], None]) -> Data:
+def pack_film(
+    store: Store, recording: Recording, scales: Scales, rate: float, most: int, progress: Callable[[float], None]
+) -> Data:
     """The 3-D film of a run.
 
     Args:
         store: where its arrays are put.
         recording: with at least one sample.
+        scales: of all runs that are shown side by side.
         rate: frames a second of simulated time.
         most: frames at most.
         progress: is told after each frame what is done, 0 to 1.
@@ -63,7 +65,7 @@ def pack_film(store: Store, recording: Recording, rate: float, most: int, progre
     Raises:
         RecordingError: the recording lacks what a picture needs.
     """
-    scene = RecordedScene(recording)
+    scene = RecordedScene(recording, scales)
     frames = frames_of(recording, rate, most)
     updates: list[Sequence[Update]] = []
     for done, k in enumerate(frames):
@@ -71,14 +73,8 @@ def pack_film(store: Store, recording: Recording, rate: float, most: int, progre
         progress((done + 1) / len(frames))
     return {
         "times": store.add(recording.time[frames], "f4"),
-        "bounds": {
-            "center": scene.bounds.centre.tolist(),
-            "radius": scene.bounds.radius,
-            "azimuth": scene.bounds.azimuth,
-        },
-        "layers": [
-            {"key": key, "title": title, "shown": key not in _HIDDEN_AT_FIRST} for key, title in scene.layers.items()
-        ],
+        "bounds": scene.bounds.plain(),
+        "layers": [{"key": key, "title": title, "shown": True} for key, title in scene.layers.items()],
         "legend": [
             {"text": entry.text, "colors": entry.colours, "layer": entry.layer, "ends": entry.ends}
             for entry in scene.legend
@@ -94,6 +90,7 @@ def _pack_item(store: Store, item: Item, updates: Sequence[Update]) -> Data:
         "kind": item.kind,
         "color": item.colour,
         "opacity": float(item.opacity),
+        "on_top": item.on_top,
         "vertices": store.add(item.vertices, "f4"),
         "faces": store.add(item.faces, "i4"),
     }

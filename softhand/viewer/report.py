@@ -11,17 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from softhand.analysis.summary import summarize
-from softhand.errors import RecordingError
+from softhand.errors import RecordingError, SofthandError
 from softhand.plots import FINGERS, scenario_of, settings_line
 from softhand.recording import Recording
 from softhand.version import __version__
 from softhand.viewer.bundle import bundle_folder
 from softhand.viewer.curves import blocks_of, finger_names, samples_of
 from softhand.viewer.packing import Store, pack_film
-from softhand.whole_file import write_whole
+from softhand.viewer.scene import shared_scales
+from softhand.whole_file import check_place, write_whole
 
 FRAME_RATE = 60.0  # frames a second of simulated time; between them the page interpolates
 MOST_FRAMES = 600  # in all runs together: the file stays small enough to be mailed
+_ENDINGS = (".html", ".htm")
 MOST_RUNS = 4  # kinds of lines that an eye can tell apart
 
 Progress = Callable[[float], None]
@@ -37,9 +39,15 @@ def write_report(path: str | os.PathLike[str], *recordings: Recording, progress:
 
     Raises:
         RecordingError: a recording lacks what the report shows, or the file cannot be written.
+        SofthandError: the name of the file does not end in .html. Carries `.value`.
     """
+    path = Path(path)
+    if path.suffix.lower() not in _ENDINGS:
+        got = f"has the unknown ending {path.suffix!r}" if path.suffix else "has no ending"
+        raise SofthandError(f"{path}: the name of the report {got}; choose .html.", value=path.suffix)
+    check_place(path)
     html = report_page(recordings, progress=progress)
-    write_whole(Path(path), html.encode)
+    write_whole(path, html.encode)
 
 
 def report_page(
@@ -63,12 +71,12 @@ def report_page(
     for recording in recordings:
         if not len(recording):
             raise RecordingError("A report needs at least one sample, and this recording has none.")
-    count = len(recordings)
+    count, scales = len(recordings), shared_scales(recordings)
     store = Store()
     blocks = [] if film_only else blocks_of(store, recordings)
     runs = []
     for k, recording in enumerate(recordings):
-        film = pack_film(store, recording, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
+        film = pack_film(store, recording, scales, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
         runs.append(
             {
                 "label": "ABCD"[k],

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,15 +41,29 @@ Array = NDArray[np.float64]
 _HEADROOM = 1.5  # of a live scene, over the forces at its start
 
 
-class Bounds(NamedTuple):
-    """A sphere around all that is seen, and from where to look at it."""
+class Sphere(NamedTuple):
+    """What a camera can fit."""
 
     centre: Array
     """[m], shape (3,)."""
     radius: float
     """[m]"""
+
+
+class Bounds(NamedTuple):
+    """Spheres around what is seen, and from where to look at it."""
+
+    whole: Sphere
+    """Around everything."""
+    grasp: Sphere
+    """Around the object and the tips."""
     azimuth: float
     """Of the camera about the world's z axis, from x towards y [rad]: where the fewest fingers are in the way."""
+
+    def plain(self) -> dict[str, Any]:
+        """As the pages take it."""
+        whole, grasp = ({"center": sphere.centre.tolist(), "radius": sphere.radius} for sphere in self[:2])
+        return {**whole, "grasp": grasp, "azimuth": self.azimuth}
 
 
 class Entry(NamedTuple):
@@ -144,20 +158,21 @@ class Scene:
 
     def extent(self, moments: Sequence[Moment]) -> Bounds:
         """A sphere around what is seen at these moments."""
-        cloud = np.concatenate([points for moment in moments for points in self._places(moment)])
-        cloud = cloud[np.isfinite(cloud).all(axis=1)]
-        centre = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
-        radius = float(np.linalg.norm(cloud - centre, axis=1).max())
-        return Bounds(centre, radius, _open_side(moments[0]))
+        places = [place for moment in moments for place in self._places(moment)]
+        return Bounds(
+            _sphere([points for _, points in places]),
+            _sphere([points for layer, points in places if layer in ("object", "tips")]),
+            _open_side(moments[0]),
+        )
 
-    def _places(self, moment: Moment) -> Iterator[Array]:
-        """Vertices in the world of what has a body."""
+    def _places(self, moment: Moment) -> Iterator[tuple[str, Array]]:
+        """Layer, and vertices in the world, of what has a body."""
         updates = self.draw(moment, np.zeros((0, len(moment.distance), 3)))
         for item, update in zip(self.items, updates, strict=True):
             if item.layer in ("links", "base", "object", "tips", "desired"):
                 vertices = item.vertices if update.vertices is None else update.vertices
                 pose = np.eye(4) if update.pose is None else update.pose
-                yield vertices @ pose[:3, :3].T + pose[:3, 3]
+                yield item.layer, vertices @ pose[:3, :3].T + pose[:3, 3]
 
 
 class RecordedScene(Scene):
@@ -165,16 +180,19 @@ class RecordedScene(Scene):
 
     Attributes:
         times: of the samples [s], shape (samples,).
-        bounds: a sphere around everything over the whole run.
+        bounds: spheres around what is seen over the whole run.
+
+    Args:
+        recording: what is shown.
+        scales: of several recordings that are compared, see `shared_scales`; by default those of this one.
 
     Raises:
         RecordingError: the recording lacks what a picture needs.
     """
 
-    def __init__(self, recording: Recording) -> None:
-        check_viewable(recording)
-        cast = _cast_of(recording)
-        super().__init__(cast, _scales(recording.contact_force, recording.internal_force, cast.radii))
+    def __init__(self, recording: Recording, scales: Scales | None = None) -> None:
+        scales = scales or shared_scales([recording])
+        super().__init__(_cast_of(recording), scales)
         self.times = recording.time
         self._recording = recording
         self._path = _path_of(recording)
@@ -185,6 +203,19 @@ class RecordedScene(Scene):
         """Sample k: one update an item, in the order of `items`."""
         k = range(len(self.times))[k]
         return self.draw(recorded_moment(self._recording, k), self._path[: k + 1])
+
+
+def shared_scales(recordings: Sequence[Recording]) -> Scales:
+    """The largest of each over all recordings, so that equal forces look equal.
+
+    Raises:
+        RecordingError: a recording lacks what a picture needs.
+    """
+    each = []
+    for recording in recordings:
+        check_viewable(recording)
+        each.append(_scales(recording.contact_force, recording.internal_force, _radii_of(recording)))
+    return Scales(*map(max, zip(*each, strict=True)))
 
 
 def live_scene(plant: Plant, first: Moment) -> Scene:
@@ -206,15 +237,20 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
 
 
 def _cast_of(recording: Recording) -> Cast:
-    first = recorded_moment(recording, 0)
     return Cast(
         recording.hand_urdf,
         recording.object_urdf,
         recording.labels["contact"],
-        tuple(map(float, first.distance + first.deformation[:, 0])),  # r = R + dr
+        _radii_of(recording),
         _folder_of(recording, "hand"),
         _folder_of(recording, "object"),
     )
+
+
+def _radii_of(recording: Recording) -> tuple[float, ...]:
+    """Of the undeformed tips [m]: r = R + dr."""
+    first = recorded_moment(recording, 0)
+    return tuple(map(float, first.distance + first.deformation[:, 0]))
 
 
 def _folder_of(recording: Recording, section: str) -> Path | None:
@@ -241,6 +277,14 @@ def _scales(contact_force: Array, internal_force: Array, radii: Sequence[float])
 
 def _largest(values: Array, least: float) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=least))
+
+
+def _sphere(places: list[Array]) -> Sphere:
+    """Around points [m], each of shape (n, 3)."""
+    cloud = np.concatenate(places)
+    cloud = cloud[np.isfinite(cloud).all(axis=1)]
+    centre = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
+    return Sphere(centre, float(np.linalg.norm(cloud - centre, axis=1).max()))
 
 
 def _open_side(moment: Moment) -> float:

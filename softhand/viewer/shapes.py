@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Faces = NDArray[np.int32]
 
+_SMOOTH = np.cos(np.radians(25.0))  # a surface that bends less between two triangles stands for a smooth one
+
 
 class Mesh(NamedTuple):
     """Vertices [m], shape (n, 3), and triangles (segments for lines), shape (m, 3) or (m, 2)."""
@@ -51,20 +53,44 @@ def box(size: ArrayLike) -> Mesh:
     return Mesh(np.array(vertices), np.array(faces, dtype=np.int32))
 
 
-def box_edges(size: ArrayLike, radius: float) -> Mesh:
-    """The twelve edges of a box as thin bars."""
-    size = np.asarray(size, dtype=float)
+def feature_edges(mesh: Mesh, radius: float) -> Mesh:
+    """The edges of a mesh at which its surface bends or ends, as thin bars; none for a smooth shape.
+
+    Args:
+        mesh: a surface; its triangles need not share vertices.
+        radius: of the bars [m].
+    """
+    points, index = np.unique(np.round(mesh.vertices, 9), axis=0, return_inverse=True)
+    faces = index.reshape(-1)[mesh.faces]
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normals, axis=1)
+    faces, normals = faces[area > 0.0], normals[area > 0.0] / area[area > 0.0, None]
+    beside: dict[tuple[int, int], list[Array]] = {}
+    for face, normal in zip(faces.tolist(), normals, strict=True):
+        for start, end in zip(face, face[1:] + face[:1], strict=True):
+            beside.setdefault((min(start, end), max(start, end)), []).append(normal)
     bars = []
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        bar = np.full(3, 2.0 * radius)
-        bar[axis] += size[axis]
-        for a in (-0.5, 0.5):
-            for b in (-0.5, 0.5):
-                pose = np.eye(4)
-                pose[u, 3], pose[v, 3] = a * size[u], b * size[v]
-                bars.append(moved(box(bar), pose))
-    return merged(bars)
+    for (start, end), normal in beside.items():
+        if len(normal) == 1 or np.min(normal[1:] @ normal[0]) < _SMOOTH:
+            bars.append(_bar(points[start], points[end], radius))
+    return merged(bars) if bars else Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+
+
+def _bar(start: Array, end: Array, radius: float) -> Mesh:
+    """A bar from one point to another, longer by its radius at both ends, so that bars meet in corners."""
+    pose, reach = np.eye(4), end - start
+    pose[:3, :3], pose[:3, 3] = axes_along(reach), 0.5 * (start + end)
+    half = 0.5 * float(np.linalg.norm(reach)) + radius
+    return moved(lathe([[0.0, -half], [radius, -half], [radius, half], [0.0, half]], 4), pose)
+
+
+def axes_along(direction: Array) -> Array:
+    """A rotation whose z axis has a direction, shape (3, 3)."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def lathe(profile: ArrayLike, segments: int = 32) -> Mesh:

@@ -27,7 +27,7 @@ def describe(scene: Scene, bounds: Bounds, title: str, duration: float | None) -
     return {
         "title": title,
         "duration": duration,
-        "bounds": {"center": bounds.centre.tolist(), "radius": bounds.radius, "azimuth": bounds.azimuth},
+        "bounds": bounds.plain(),
         "layers": [{"key": key, "title": name, "shown": True} for key, name in scene.layers.items() if key in used],
         "legend": [
             {"text": e.text, "colors": [_css(c) for c in e.colours], "ends": list(e.ends), "layer": e.layer}
@@ -60,6 +60,7 @@ def _describe_item(item: Item) -> dict[str, Any]:
         "kind": item.kind,
         "color": list(item.colour),
         "opacity": item.opacity,
+        "on_top": item.on_top,
         "soft": item.soft,
         "vertices": _pack(item.vertices),
         "faces": _pack(item.faces),

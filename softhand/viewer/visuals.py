@@ -26,8 +26,6 @@ class Visual(NamedTuple):
     """In the frame of the link, shape (4, 4)."""
     colour: Colour | None
     """None if the URDF gives none."""
-    size: tuple[float, ...] | None
-    """Edges of a box [m]; None for other shapes."""
 
 
 def read_visuals(text: str, folder: Path | None, kind: str = "visual") -> tuple[list[Visual], list[str]]:
@@ -55,8 +53,7 @@ def read_visuals(text: str, folder: Path | None, kind: str = "visual") -> tuple[
                 continue
             material = visual.find("material")
             colour = None if material is None else _rgb(material) or colours.get(material.get("name"))
-            size = tuple(_numbers(shape.get("size"))) if shape.tag == "box" else None
-            visuals.append(Visual(link.get("name", ""), mesh, _origin(visual), colour, size))
+            visuals.append(Visual(link.get("name", ""), mesh, _origin(visual), colour))
     return visuals, unread
 
 

@@ -86,7 +86,7 @@ class Chart {
     };
     pen.font = "10px system-ui, sans-serif";
     pen.fillStyle = "#52606d";
-    const wanted = inner > 60 ? 4 : 3, few = ticks(low, high, wanted);
+    const wanted = inner > 60 ? 4 : inner > 36 ? 3 : 2, few = ticks(low, high, wanted);
     const across = few.found.length > 1 ? few : ticks(low, high, wanted + 2), along = ticks(0, this.end, 4);
     pen.textAlign = "right";
     pen.textBaseline = "middle";

@@ -53,6 +53,12 @@ function showEntry(entry, legend) {
   }
 }
 
+/** Runs side by side have the same scales, and so one legend. */
+function showLegend(run, parent) {
+  const legend = make("div", "legend", "", parent);
+  for (const entry of run.film.legend) showEntry(entry, legend);
+}
+
 function showFilm(run) {
   const film = make("div", "film", "", find(".films")), screen = make("div", "screen", "", film);
   const canvas = make("canvas", "", "", screen);
@@ -60,8 +66,7 @@ function showFilm(run) {
   if (many) name.prepend(make("span", "badge", run.label));
   if (run.stop && data.filmOnly) make("div", "stop", run.stop, name);
   make("div", "over time", "", screen);
-  const legend = make("div", "legend", "", film);
-  for (const entry of run.film.legend) showEntry(entry, legend);
+  if (!many) showLegend(run, film);
   try {
     const stage = new Stage(canvas, run.film);
     stage.element = screen;
@@ -129,6 +134,7 @@ function showFacts() {
   for (const run of data.runs) {
     for (const note of run.notes) make("p", "", (many ? `${run.label}: ` : "") + note, facts);
   }
+  if (many) showLegend(data.runs[0], facts);
   for (const run of data.runs) {
     const details = make("details", "", "", facts);
     make("summary", "", `Scenario${many ? ` ${run.label}` : ""} (computed with softhand ${run.version})`, details);

@@ -46,6 +46,7 @@ class Body {
     geometry.setAttribute("position", this.vertices);
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(faces), 1));
     const look = { color: new THREE.Color(...item.color).convertSRGBToLinear() };
+    if (item.on_top) Object.assign(look, { transparent: true, depthTest: false }); // drawn last
     if (item.opacity < 1) Object.assign(look, { transparent: true, opacity: item.opacity, depthWrite: false });
     if (item.kind === "lines") {
       this.object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
@@ -54,6 +55,7 @@ class Body {
       this.object = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
       geometry.computeVertexNormals();
     }
+    if (item.on_top) this.object.renderOrder = 1;
     this.object.frustumCulled = false;
     this.object.matrixAutoUpdate = false;
   }
@@ -94,7 +96,7 @@ class Body {
 
 /** A camera that looks at a point: drag turns, drag with the right button or with shift moves, the wheel zooms. */
 class Orbit {
-  static VIEWS = { "3-D": [-0.9, 0.42], front: [-Math.PI / 2, 0.0], side: [0.0, 0.0], top: [-Math.PI / 2, 1.5607] };
+  static VIEWS = { "3-D": [-0.9, 0.42], grasp: [-0.9, 0.42], front: [-Math.PI / 2, 0.0], side: [0.0, 0.0], top: [-Math.PI / 2, 1.5607] };
 
   constructor(bounds) {
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.01 * bounds.radius, 60 * bounds.radius);
@@ -106,9 +108,10 @@ class Orbit {
 
   view(name) {
     [this.azimuth, this.elevation] = Orbit.VIEWS[name];
-    if (name === "3-D" && this.bounds.azimuth !== undefined) this.azimuth = this.bounds.azimuth;
-    this.target = new THREE.Vector3(...this.bounds.center);
-    this.distance = 1;
+    const close = name === "grasp", sphere = close ? this.bounds.grasp : this.bounds;
+    if (close || name === "3-D") this.azimuth = this.bounds.azimuth;
+    this.target = new THREE.Vector3(...sphere.center);
+    this.distance = sphere.radius / this.bounds.radius;
     this.move();
   }
 
