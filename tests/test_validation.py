@@ -37,7 +37,7 @@ def refusal(file: Path) -> ModelError:
     return caught.value
 
 
-# ---------------------------------------------------------------------------------------------------------- broken files
+# ---------------------------------------------------------------------------------------- broken files
 
 
 def test_every_broken_file_has_its_message() -> None:
@@ -75,7 +75,7 @@ def test_many_errors_are_cut_short() -> None:
     """More than ten are counted."""
     links = "".join(f'<link name="l{k}"/>' for k in range(30))
     with pytest.raises(ModelError, match=r"and 19 more\.$") as caught:
-        parse_urdf(f"<robot>{links}</robot>", GOOD)
+        parse_urdf(f"<robot name='many'>{links}</robot>", GOOD)
     assert len(str(caught.value).splitlines()) == 11
 
 
@@ -104,7 +104,7 @@ def test_no_pinocchio_is_needed() -> None:
     assert result.stdout.strip() == "1"
 
 
-# ------------------------------------------------------------------------------------------------------------ good files
+# ---------------------------------------------------------------------------------------- good files
 
 
 @pytest.mark.parametrize("file", sorted(HAND_URDF.parent.glob("*.urdf")), ids=lambda file: file.stem)
@@ -211,7 +211,7 @@ def test_the_checks_are_fast() -> None:
     assert min(times) < 0.010
 
 
-# -------------------------------------------------------------------------------------------------------- files at large
+# ---------------------------------------------------------------------------------------- files at large
 
 
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
@@ -244,10 +244,10 @@ def test_a_chain_without_end_is_refused() -> None:
     """More links than any hand has."""
     links = "".join(f'<link name="l{k}"/>' for k in range(1001))
     with pytest.raises(ModelError, match="1001 links; at most 1000"):
-        parse_urdf(f"<robot>{links}</robot>", GOOD)
+        parse_urdf(f"<robot name='many'>{links}</robot>", GOOD)
 
 
-# ------------------------------------------------------------------------------------------------------ random mutations
+# ---------------------------------------------------------------------------------------- random mutations
 
 PARTS = list(ElementTree.fromstring(GOOD_TEXT).iter())
 WORDS = st.sampled_from(

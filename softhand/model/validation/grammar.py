@@ -33,6 +33,7 @@ _TEXT, _NAME = Attribute(), Attribute(needed=True)
 _PLAIN = Attribute(1, "", False, "1.0")
 
 ATTRIBUTES: dict[str, dict[str, Attribute]] = {
+    "robot": {"name": _NAME},
     "link": {"name": _NAME},
     "joint": {"name": _NAME, "type": _NAME},
     "origin": {"xyz": Attribute(3, "m", False, "0 0 0.05"), "rpy": Attribute(3, "rad", False, "0 0 1.5708")},
