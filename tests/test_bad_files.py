@@ -61,7 +61,7 @@ def test_a_urdf_that_is_no_file_is_refused(urdf: str, tmp_path: Path) -> None:
         ('law = "nakashima"', 'law = "os:system"'),
         ('law = "nakashima"', 'law = "softhand.laws.nakashima:Nakashima"'),
         ('name = "regulation"', 'name = "../../controller.py"'),
-        ('name = "midpoint"', 'name = "__import__(\'os\')"'),
+        ('name = "midpoint"', "name = \"__import__('os')\""),
     ],
 )
 def test_a_scenario_names_plugins_and_no_code(old: str, new: str, tmp_path: Path) -> None:
