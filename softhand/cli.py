@@ -9,6 +9,7 @@ import signal
 import sys
 
 from softhand.commands import (  # noqa: F401  each adds its command
+    check,
     compare,
     film,
     identify,
@@ -18,6 +19,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     remark3,
     report,
     reproduce,
+    schema,
     simulate,
     stability,
     view,

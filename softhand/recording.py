@@ -101,6 +101,7 @@ VARIABLES: dict[str, Variable] = {
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),
 }
 
+_MOST_COMPRESSED = 1100  # bytes in memory for one in the file; deflate reaches 1032
 _TITLE = "softhand: recording of a run"
 _REPORT = "softhand.viewer.report"  # by name, since it lies far above
 _RESERVED = (
@@ -315,6 +316,7 @@ def _from_netcdf(path: Path) -> Recording:
     with h5py.File(path.absolute(), "r") as hdf:
         if "softhand_version" not in hdf.attrs or "time" not in hdf:
             raise RecordingError("it was not written by softhand")
+        _refuse_what_is_elsewhere(hdf, path.stat().st_size)
         with h5netcdf.File(hdf, "r", decode_vlen_strings=True) as file:
             fields = dict(file.attrs)
             return Recording(
@@ -331,6 +333,20 @@ def _from_netcdf(path: Path) -> Recording:
                     name: value for name, value in fields.items() if name not in _RESERVED and np.ndim(value) == 0
                 },
             )
+
+
+def _refuse_what_is_elsewhere(hdf: Any, size: int) -> None:
+    """A recording has its arrays in its own file: no links or data in other files, no more than the file can hold."""
+    import h5py
+
+    needed = 0
+    for name in {*VARIABLES, *LABELLED_DIMS} & set(hdf):
+        item = hdf[name] if isinstance(hdf.get(name, getlink=True), h5py.HardLink) else None
+        if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
+            raise RecordingError(f"its array {name!r} is not in the file itself")
+        needed += item.size * item.dtype.itemsize
+    if needed > _MOST_COMPRESSED * size:
+        raise RecordingError(f"its arrays claim {needed:.3g} bytes, which a file of {size} bytes cannot hold")
 
 
 def _to_csv(recording: Recording) -> bytes:

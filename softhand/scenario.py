@@ -35,7 +35,12 @@ class OpenSettings(Settings):
 
 
 class HandSection(Settings):
-    """The hand: its URDF and the frame of each fingertip (centre of the hemisphere's flat face, x out of the tip)."""
+    """The hand and its fingertips.
+
+    Attributes:
+        urdf: file of the hand, relative to the scenario, or package://softhand/urdf/NAME.
+        tips: link or frame of each fingertip: centre of the hemisphere's flat face, x out of the tip.
+    """
 
     urdf: str
     tips: Annotated[tuple[str, ...], Field(min_length=2)]
@@ -50,9 +55,13 @@ class HandSection(Settings):
 
 
 class ObjectSection(Settings):
-    """The object: its URDF, its mass [kg] if not that of the URDF, and its pose at the start.
+    """The object and its pose at the start.
 
-    `position` [m] is in the base frame, `rpy` is roll, pitch, yaw [rad].
+    Attributes:
+        urdf: file of the object, relative to the scenario, or package://softhand/urdf/NAME.
+        mass: replaces the mass of the URDF and scales its inertia alike [kg].
+        position: origin of the object frame at the start, in the base frame [m].
+        rpy: roll, pitch, yaw at the start [rad].
     """
 
     urdf: str
@@ -62,17 +71,25 @@ class ObjectSection(Settings):
 
 
 class DampingSection(OpenSettings):
-    """The damping of the tips by name, and its own parameters."""
+    """The damping of the tips by name, and its own parameters.
+
+    Attributes:
+        name: of the damping.
+    """
 
     name: str
 
 
 class FingertipSection(OpenSettings):
-    """The fingertip law by name, its friction, its damping if any, and the law's own parameters.
+    """The fingertip law by name, and its own parameters.
 
-    `contact` is `rolling`, the paper's, where a tip never slips, or `coulomb`. With `coulomb` slip begins at the
-    coefficient `static_friction` (that of `friction` if not given) and goes on at `friction`. The largest torsion is
-    friction x normal force x `torsion_length` [m]; without it the length follows from the pressure of the law.
+    Attributes:
+        law: name of the law.
+        friction: coefficient mu [1]; with `coulomb` that of a tip which slips.
+        contact: `rolling`, the paper's, where a tip never slips, or `coulomb`.
+        static_friction: coefficient at which slip begins [1]; that of `friction` if not given.
+        torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
+        damping: of the tips, if any.
     """
 
     law: str
@@ -99,8 +116,10 @@ class FingertipSection(OpenSettings):
 class GraspSection(Settings):
     """The grasp at the start.
 
-    `contact_points` [m] are in the object frame, one a fingertip; `internal_force` [N] has one number a pair of
-    fingertips; `joint_guess` [rad] is where the inverse kinematics starts.
+    Attributes:
+        contact_points: one a fingertip, on a face, in the object frame [m].
+        internal_force: at the start, one number a pair of fingertips; positive squeezes [N].
+        joint_guess: where the inverse kinematics starts, one number a joint [rad].
     """
 
     contact_points: tuple[Vector3, ...]
@@ -109,15 +128,24 @@ class GraspSection(Settings):
 
 
 class ControllerSection(OpenSettings):
-    """The controller by name, and its own parameters."""
+    """The controller by name, and its own parameters.
+
+    Attributes:
+        name: of the controller.
+    """
 
     name: str
 
 
 class ReferenceSection(Settings):
-    """What the controller is asked for: object pose ([m], roll-pitch-yaw [rad]) and internal force [N].
+    """What the controller is asked for.
 
-    `step` asks for it at once; `minimum-jerk` goes there from the start within `duration` [s].
+    Attributes:
+        kind: `step` asks for it at once, `minimum-jerk` goes there from the start.
+        duration: time to the target; not used by `step` [s].
+        object_position: target position, in the base frame [m].
+        object_rpy: target roll, pitch, yaw [rad].
+        internal_force: target, in the order of grasp.internal_force [N].
     """
 
     kind: Literal["step", "minimum-jerk"]
@@ -128,16 +156,34 @@ class ReferenceSection(Settings):
 
 
 class StepperSection(OpenSettings):
-    """The stepper by name, its step [s], and its own parameters."""
+    """The stepper by name, and its own parameters.
+
+    Attributes:
+        name: of the stepper.
+        step: time step, a whole number of which makes a control period [s].
+    """
 
     name: str = "midpoint"
     step: Positive = 0.001
 
 
 class Scenario(Settings):
-    """All that one run needs, in SI units: times [s], gravity [m/s^2] in the base frame, and one table a section.
+    """All that one run needs, in SI units.
 
     Make one with `load_scenario`, change it with `with_values`.
+
+    Attributes:
+        description: one line, shown by `softhand list`.
+        duration: simulated time, a whole number of control periods [s].
+        control_period: the torque is held for so long, and one sample is recorded [s].
+        gravity: in the base frame [m/s^2].
+        hand: the hand and its fingertips.
+        object: the object and its pose at the start.
+        fingertip: law, friction and damping of all tips.
+        grasp: contacts and internal force at the start.
+        controller: what sets the joint torques.
+        reference: what the controller is asked for.
+        stepper: the time integration.
     """
 
     description: str = ""

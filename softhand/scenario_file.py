@@ -18,6 +18,7 @@ else:
     import tomli as tomllib
 
 _PACKAGE = Path(__file__).parent
+_LARGEST = 1_000_000  # bytes of a scenario
 _URDF_PREFIX = "package://softhand/urdf/"
 
 
@@ -84,7 +85,13 @@ def find_scenario(source: str | Path) -> Path:
 def read_toml(file: Path) -> dict[str, Any]:
     """Tables of a TOML file; ScenarioError says why it cannot be read, with line and column."""
     try:
-        text = file.read_bytes().decode("utf-8-sig")
+        if not file.is_file() and file.exists() and not file.is_dir():
+            raise _unreadable(file, "is no regular file; a .toml file is needed")  # a pipe would be waited for
+        with file.open("rb") as stream:
+            data = stream.read(_LARGEST + 1)
+        if len(data) > _LARGEST:
+            raise _unreadable(file, f"is longer than {_LARGEST} bytes, which no scenario is")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise _unreadable(file, f"is not UTF-8 text: byte 0x{error.object[error.start]:02x} in line {line}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import json
 import re
 import types
@@ -71,6 +72,23 @@ def read_settings(cls: type[_SettingsT], table: Mapping[str, Any], path: str) ->
         problems = list(_problems(cls, table, path, error))
         text = "\n".join(message for _, _, message in problems)
         raise ScenarioError(text, key=problems[0][0], value=problems[0][1]) from error
+
+
+def field_notes(cls: type[BaseModel]) -> dict[str, str]:
+    """What the docstrings of a class and its bases say of each field, below `Attributes:`; a line each."""
+    notes: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        _, _, section = inspect.cleandoc(base.__doc__ or "").partition("Attributes:\n")
+        block = re.match(r"(?:[ ]{4}.*\n?|\n)*", section)
+        found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", block[0] if block else "", re.MULTILINE)
+        notes |= {name: " ".join(text.split()) for name, text in found}
+    return {name: notes[name] for name in cls.model_fields if name in notes}
+
+
+def unit_of(note: str) -> str:
+    """The unit in brackets in a note of `field_notes`; "" without one."""
+    found = re.search(r"\[([^\]]+)\]", note)
+    return found[1] if found else ""
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

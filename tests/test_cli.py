@@ -126,7 +126,7 @@ def test_interrupt_keeps_what_was_computed(tmp_path):
 
 def test_every_command_has_help_with_an_example(tmp_path):
     """--help of the program and of every command ends with an example."""
-    commands = ["simulate", "list", "plot", "report", "film", "reproduce", "view", "compare"]
+    commands = ["simulate", "list", "plot", "report", "film", "reproduce", "view", "compare", "check", "schema"]
     for command in ([], *([name] for name in commands)):
         result = run(*command, "--help", folder=tmp_path, env={**os.environ, "COLUMNS": "120"})
         assert result.returncode == 0 and "Example: softhand" in result.stdout

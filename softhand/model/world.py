@@ -146,30 +146,12 @@ def load_world(
         ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable faces.
     """
     hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
-    hand = parse_urdf(hand_text, hand_urdf)
-    body = parse_urdf(object_text, object_urdf, floating=True)
-    if body.nv != FREE_FLYER_SIZE:
-        raise ModelError(
-            f"{object_urdf}: the object has {body.nv - FREE_FLYER_SIZE} joints; an object is one rigid link.",
-            file=str(object_urdf),
-        )
-    for joint in list(hand.joints)[1:]:
-        if joint.nv != 1:
-            raise ModelError(
-                f"{hand_urdf}: joint '{hand.names[joint.id]}' has {joint.nv} degrees of freedom; "
-                "a hand is made of revolute, continuous and prismatic joints.",
-                file=str(hand_urdf),
-            )
-        if not hand.upperEffortLimit[joint.idx_v] > 0.0:
-            raise ModelError(
-                f"{hand_urdf}: joint '{hand.names[joint.id]}' has the effort limit "
-                f"{hand.upperEffortLimit[joint.idx_v]:g} N m, so that no torque can act on it; "
-                'write the largest torque into <limit effort="...">.',
-                file=str(hand_urdf),
-            )
+    hand = parse_urdf(hand_text, hand_urdf, folder=Path(hand_urdf).parent)
+    body = parse_urdf(object_text, object_urdf, floating=True, folder=Path(object_urdf).parent)
     box = read_box(object_urdf, body)
     names = tuple(hand.names)[1:]
     tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
+    _make_names_distinct(hand, body)
     model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
     model.gravity.linear = np.asarray(gravity, dtype=float)
     if object_mass is not None:
@@ -179,14 +161,27 @@ def load_world(
     return World(model, tips, box, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
+def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
+    """Rename frames that Pinocchio could not tell apart in one model; it finds joints by names of their own."""
+    links = {frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY}
+    for frame in hand.frames:
+        if frame.type != pin.FrameType.BODY and frame.name in links:
+            frame.name = f"joint {frame.name}"
+    taken = {frame.name for frame in hand.frames}
+    for frame in body.frames:
+        if frame.type == pin.FrameType.BODY and frame.name in taken:
+            frame.name = f"object {frame.name}"
+
+
 def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
     """The tip frame of that name; Pinocchio gives no error for an unknown one."""
-    if not hand.existFrame(name):
-        links = [frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY]
+    links = [frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY]
+    if name not in [frame.name for frame in hand.frames]:
         raise ModelError(
             f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
         )
-    frame = hand.frames[hand.getFrameId(name)]
+    # a joint may have the name of a link, and then not that of the link that it carries
+    frame = hand.frames[hand.getFrameId(name, pin.FrameType.BODY) if name in links else hand.getFrameId(name)]
     if frame.parentJoint == 0:
         raise ModelError(f"{file}: the tip '{name}' is fixed to the base; no joint moves it.", file=str(file))
     chain = list(hand.supports[frame.parentJoint])[1:]

@@ -16,6 +16,8 @@ class RungeKutta4(Stepper):
     Explicit: it needs h below 2.8 / (highest contact frequency). Use `midpoint` for stiff tips.
     """
 
+    stable_up_to = 2.8
+
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
         return _RungeKuttaIntegration(plant, self.step)

@@ -22,6 +22,8 @@ class SemiImplicitEuler(Stepper):
     hand. Use `midpoint` for anything but comparisons.
     """
 
+    stable_up_to = 2.0
+
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
         return _EulerIntegration(plant, self.step)

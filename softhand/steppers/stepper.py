@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from math import inf
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,9 @@ class Stepper(Settings, ABC):
     """
 
     step: Positive = 0.001
+
+    stable_up_to: ClassVar[float] = inf
+    """Largest product of the step and the fastest angular frequency of the contacts at which a motion does not grow."""
 
     @abstractmethod
     def start(self, plant: Plant) -> Integration:

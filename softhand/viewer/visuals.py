@@ -11,6 +11,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.model.meshes import find_mesh
+from softhand.model.validation.document import read_document
 from softhand.viewer.palette import Colour
 from softhand.viewer.shapes import Mesh, box, capsule, cylinder, sphere
 
@@ -36,7 +38,7 @@ def read_visuals(text: str, folder: Path | None, kind: str = "visual") -> tuple[
         folder: where it came from, for the paths of meshes.
         kind: "visual", or "collision" for these shapes instead.
     """
-    root = ElementTree.fromstring(text)
+    root = read_document(text, "the URDF")
     colours = {
         material.get("name"): _rgb(material) for material in root.iter("material") if material.find("color") is not None
     }
@@ -69,7 +71,7 @@ def _read_shape(shape: ElementTree.Element, folder: Path | None) -> Mesh | None:
 
 
 def _read_mesh(shape: ElementTree.Element, folder: Path | None) -> Mesh | None:
-    file = _find_mesh(shape.get("filename", ""), folder)
+    file = find_mesh(shape.get("filename", ""), folder)
     if file is None:
         return None
     try:
@@ -78,17 +80,6 @@ def _read_mesh(shape: ElementTree.Element, folder: Path | None) -> Mesh | None:
         return None
     faces = [[triangle[k] for k in range(3)] for triangle in (model.tri_indices(i) for i in range(model.num_tris))]
     return Mesh(np.array(model.vertices(), dtype=float), np.array(faces, dtype=np.int32))
-
-
-def _find_mesh(name: str, folder: Path | None) -> Path | None:
-    """The file of a mesh: as named, beside the URDF, or for package://NAME/... below a folder above the URDF."""
-    place = name.removeprefix("file://")
-    tries = [Path(place)]
-    if folder is not None:
-        inside = place.removeprefix("package://")
-        tries += [above / inside for above in (folder, *folder.parents)]
-        tries += [above / inside.partition("/")[2] for above in (folder, *folder.parents)]
-    return next((file for file in tries if file.is_file()), None)
 
 
 def _numbers(text: str | None) -> list[float]:

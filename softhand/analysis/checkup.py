@@ -1,0 +1,230 @@
+"""A scenario explained and doubted at its start, without running it."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softhand.assembly import build, read_grasp, read_law
+from softhand.errors import GraspError
+from softhand.model.validation.examination import examine
+from softhand.model.world import World
+from softhand.observation import Observation
+from softhand.plant import Plant, State
+from softhand.plugins import find_plugin
+from softhand.scenario import DampingSection, Scenario
+from softhand.settings import Settings, field_notes, show, unit_of
+from softhand.simulation import Simulation
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_NEAR = 0.9  # of a limit
+_APEX_NEAR = math.radians(80.0)
+_JOINT_NEAR = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Checkup:
+    """What a scenario says and what is doubtful about it.
+
+    Attributes:
+        values: dotted key, value and unit of every setting, defaults written out.
+        start: name and text of the figures at the start.
+        warnings: a sentence each.
+        frequency: fastest angular frequency of hand and object on their contacts [rad/s].
+    """
+
+    values: list[tuple[str, str, str]]
+    start: list[tuple[str, str]]
+    warnings: list[str]
+    frequency: float
+
+
+def check_scenario(scenario: Scenario) -> Checkup:
+    """Build a scenario, ask its controller once and look at the start.
+
+    Raises:
+        SofthandError: whatever keeps the scenario from being run.
+    """
+    simulation = build(scenario)
+    seen = simulation.sample()
+    frequency = fastest_frequency(simulation.plant, simulation.state)
+    world = simulation.plant.world
+    stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
+    warnings = [
+        *_of_urdf(world.hand_text, world.hand_urdf, False),
+        *_of_urdf(world.object_text, world.object_urdf, True),
+        *_of_tips(seen, simulation.plant),
+        *_of_joints(simulation, world),
+        *_of_step(scenario, stepper.stable_up_to, frequency),
+        *_of_target(scenario, world),
+    ]
+    start = [*_tip_rows(seen, world), *_joint_rows(simulation, world), *_step_rows(scenario, stepper, frequency)]
+    return Checkup(_values(simulation.scenario), start, warnings, frequency)
+
+
+def fastest_frequency(plant: Plant, state: State) -> float:
+    """Largest |lambda| of lambda^2 M + lambda J^T D J + J^T K J = 0 at a state [rad/s].
+
+    K and D are stiffness and damping of the contacts; without damping it is the square root of the largest eigenvalue
+    of M^-1 J^T K J.
+    """
+    plant.update(state.q, state.v, state.z)
+    plant.touch(state.v, state.z, with_stiffness=True)
+    contacts, J = plant.contacts, plant.jacobian
+    M = plant.snapshot.mass_matrix(state.q)
+    K = np.einsum("irk,irs,isl->kl", J, contacts["stiffness"], J)
+    D = np.einsum("irk,ir,irl->kl", J, contacts["damping"], J)
+    nv = len(M)
+    A = np.zeros((2 * nv, 2 * nv))
+    A[:nv, nv:] = np.eye(nv)
+    A[nv:, :nv], A[nv:, nv:] = -np.linalg.solve(M, K), -np.linalg.solve(M, D)
+    return float(np.max(np.abs(np.linalg.eigvals(A))))
+
+
+def _of_urdf(text: str, file: Path, is_object: bool) -> list[str]:
+    return [f"{file}, {finding}" for finding in examine(text, file, is_object, file.parent).findings.warnings]
+
+
+def _of_tips(seen: Observation, plant: Plant) -> Iterator[str]:
+    for i, (tip, fingertip) in enumerate(zip(plant.world.tips, plant.fingertips, strict=True)):
+        law, use = fingertip.law, seen.friction_use[i]
+        Phi, depth = seen.contact_angles[i, 1], seen.deformation[i, 0] / law.radius
+        lowest, highest = law.Phi_range
+        name = type(law).__name__
+        if use > _NEAR:
+            yield (
+                f"{tip.name}: friction use is {use:.2f} at the start, and at 1 a real tip slips; raise "
+                "grasp.internal_force or move its contact point."
+            )
+        if law.coordinates == "polar" and Phi > _APEX_NEAR:
+            yield (
+                f"{tip.name}: Phi is {math.degrees(Phi):.1f} deg at the start, and the run ends at the apex, 90 deg; "
+                "turn the tip with another grasp.joint_guess, or choose a law in surface coordinates."
+            )
+        elif not lowest <= math.degrees(Phi) <= highest:
+            yield (
+                f"{tip.name}: Phi is {math.degrees(Phi):.1f} deg at the start; the law '{name}' is meant for "
+                f"{lowest:g} to {highest:g} deg."
+            )
+        if depth > law.deepest:
+            yield (
+                f"{tip.name}: pressed in by {depth:.2f} of its radius at the start; the law '{name}' is meant for up "
+                f"to {law.deepest:g}."
+            )
+
+
+def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
+    lower, upper = world.position_limits
+    angles, limits = simulation.observation.joint_position, world.effort_limit
+    for k, name in enumerate(world.joint_names):
+        gap = min(angles[k] - lower[k], upper[k] - angles[k])
+        if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):
+            yield f"{name}: starts at {angles[k]:.4g}, {gap:.2g} from a limit ({lower[k]:g} to {upper[k]:g})."
+        torque = abs(simulation.torque[k])
+        if torque > _NEAR * limits[k]:
+            yield f"{name}: the controller asks for {torque:.3g} of {limits[k]:.3g} N m at the start."
+
+
+def _of_step(scenario: Scenario, stable_up_to: float, frequency: float) -> Iterator[str]:
+    step = scenario.stepper.step
+    if step * frequency > stable_up_to:
+        yield (
+            f"stepper.step: {step:g} s is too long for {scenario.stepper.name}: at the start it needs less than "
+            f"{stable_up_to / frequency:.2g} s for contacts as stiff as these; take a shorter step or midpoint."
+        )
+
+
+def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
+    """Whether a tip can get to its contact point where the reference asks for the object.
+
+    By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
+    """
+    asked = scenario.reference
+    target = scenario.with_values(
+        {
+            "object.position": asked.object_position,
+            "object.rpy": asked.object_rpy,
+            "grasp.internal_force": asked.internal_force,
+        }
+    )
+    law = read_law(scenario)
+    try:
+        read_grasp(target, world, law)
+    except GraspError as error:
+        if error.quantity == "reach" and error.value > law.radius:  # type: ignore[attr-defined]
+            yield f"reference: at the target, {error}"
+
+
+def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
+    for i, tip in enumerate(world.tips):
+        yield (
+            tip.name,
+            f"presses with {seen.contact_force[i, 2]:.3g} N, friction use {seen.friction_use[i]:.2f}, "
+            f"dr {1e3 * seen.deformation[i, 0]:.3g} mm, Phi {math.degrees(seen.contact_angles[i, 1]):.1f} deg",
+        )
+
+
+def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str]]:
+    share = np.abs(simulation.torque) / world.effort_limit
+    k = int(np.argmax(share))
+    torque = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} N m at {world.joint_names[k]}"
+    yield "largest torque", torque
+
+
+def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:
+    step = scenario.stepper.step
+    limit = "any step is stable"
+    if math.isfinite(stepper.stable_up_to):
+        limit = f"stable up to {1e3 * stepper.stable_up_to / frequency:.2g} ms"
+    yield "fastest vibration", f"{frequency / (2.0 * math.pi):.4g} Hz on the contacts, without the controller"
+    steps = 2.0 * math.pi / (step * frequency)
+    yield "step", f"{1e3 * step:g} ms, {steps:.2g} a period of it; {scenario.stepper.name}: {limit}"
+
+
+def _values(toml: str) -> list[tuple[str, str, str]]:
+    """Key, value and unit of all settings of a resolved scenario."""
+    table = tomllib.loads(toml)
+    return list(_flat(table, "", field_notes(Scenario), _plugin_notes(table)))
+
+
+def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What the docstrings say of the keys of each section."""
+    classes = {name: field.annotation for name, field in Scenario.model_fields.items()}
+    notes = {
+        name: field_notes(section)
+        for name, section in classes.items()
+        if isinstance(section, type) and issubclass(section, Settings)
+    }
+    fingertip = table["fingertip"]
+    chosen = [
+        ("fingertip", "laws", fingertip["law"]),
+        ("controller", "controllers", table["controller"]["name"]),
+        ("stepper", "steppers", table["stepper"]["name"]),
+    ]
+    if "damping" in fingertip:
+        notes["fingertip.damping"] = field_notes(DampingSection)
+        chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
+    for section, kind, name in chosen:
+        notes[section] |= field_notes(find_plugin(kind, name, section))
+    return notes
+
+
+def _flat(
+    table: Mapping[str, Any], path: str, notes: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
+) -> Iterator[tuple[str, str, str]]:
+    for key, value in table.items():
+        name = f"{path}.{key}".lstrip(".")
+        if isinstance(value, Mapping):
+            yield from _flat(value, name, sections.get(name, {}), sections)
+        else:
+            yield name, show(value), unit_of(notes.get(key, ""))

@@ -1,0 +1,76 @@
+"""softhand check: is a URDF or a scenario sound?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import Quiet, Set, console, escape, print_table, say_compiling
+
+
+@app.command(epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4")
+def check(
+    target: Annotated[str, typer.Argument(help="A .urdf file, a scenario that ships, or a .toml file.")],
+    changes: Set = [],  # noqa: B006  typer copies it
+    quiet: Quiet = False,
+) -> None:
+    """Say what is wrong or doubtful in a URDF or a scenario; exit code 1 if it cannot be used.
+
+    A scenario is explained: every value with its unit, the start, and what to think of it.
+    """
+    if Path(target).suffix.lower() == ".urdf":
+        _check_urdf(Path(target), quiet)
+    else:
+        _check_scenario(target, changes, quiet)
+
+
+def _check_urdf(file: Path, quiet: bool) -> None:
+    from softhand.model.urdf import parse_urdf, read_text
+    from softhand.model.validation.examination import examine
+
+    text = read_text(file)
+    examination = examine(text, file, folder=file.parent)
+    if not quiet:
+        _print_warnings([f"{file}, {finding}" for finding in examination.findings.warnings])
+    examination.findings.raise_errors()
+    model = parse_urdf(text, file, examination.is_object, file.parent)
+    tree = examination.tree
+    if quiet or tree is None:
+        return
+    moving = [joint for joint in tree.joints if joint.is_moving]
+    carriers = {joint.parent for joint in tree.joints}
+    rows = [
+        ("kind", "object" if examination.is_object else "hand"),
+        ("links", f"{len(tree.links)}, root {tree.root}"),
+        ("joints", f"{len(moving)} moving, {len(tree.joints) - len(moving)} fixed"),
+        ("moving mass", f"{sum(inertia.mass for inertia in list(model.inertias)[1:]):.4g} kg"),
+    ]
+    if moving:
+        rows.append(("ends", ", ".join(name for name in tree.links if name not in carriers)))
+    print_table(str(file), rows)
+    console().print(f"{escape(str(file))}: no errors", highlight=False)
+
+
+def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import parse_override
+
+    scenario = load_scenario(target, dict(parse_override(change) for change in changes))
+    say_compiling(quiet)
+    from softhand.analysis.checkup import check_scenario
+
+    checkup = check_scenario(scenario)
+    if quiet:
+        return
+    print_table(target, [(key, f"{value} {unit}".rstrip()) for key, value, unit in checkup.values])
+    print_table("at the start", checkup.start)
+    _print_warnings(checkup.warnings)
+    console().print(f"{escape(target)}: no errors, {len(checkup.warnings)} warnings", highlight=False)
+
+
+def _print_warnings(warnings: list[str]) -> None:
+    for warning in warnings:
+        console().print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)

@@ -1,0 +1,107 @@
+"""The scenario as a JSON schema, by which editors complete and check keys.
+
+Plugins are chosen by name: a section is any one of the tables of its plugins, or, under a name that is not known here,
+a table of its own keys and anything else.
+"""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from pydantic import BaseModel
+
+from softhand.plugins import find_plugin, plugin_names
+from softhand.scenario import (
+    ControllerSection,
+    DampingSection,
+    FingertipSection,
+    Scenario,
+    StepperSection,
+)
+from softhand.settings import field_notes
+
+Schema = dict[str, Any]
+
+
+def scenario_schema() -> Schema:
+    """JSON schema, draft 2020-12, of a scenario file with all plugins that are installed."""
+    sections: dict[str, Schema] = {
+        "fingertip": _choice(FingertipSection, "laws", "law", {"damping": _choice(DampingSection, "dampings", "name")}),
+        "controller": _choice(ControllerSection, "controllers", "name"),
+        "stepper": _choice(StepperSection, "steppers", "name"),
+    }
+    fields = Scenario.model_fields
+    for name, field in fields.items():
+        section = field.annotation
+        if name not in sections and isinstance(section, type) and issubclass(section, BaseModel):
+            sections[name] = _table(section)
+    table = _table(Scenario)
+    notes = field_notes(Scenario)
+    table["properties"] |= {name: {"description": notes[name], **section} for name, section in sections.items()}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "softhand scenario", **table}
+
+
+def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None = None) -> Schema:
+    """A section whose further keys depend on the name of its plugin."""
+    own = _table(section)
+    own["properties"] |= more or {}
+    names, default = plugin_names(kind), section.model_fields[key].default
+    choices = []
+    for name in names:
+        plugin = find_plugin(kind, name, key)
+        table = _table(plugin)
+        chosen = {key: {"const": name, "description": table["description"]}}
+        needed = {*own["required"], *table["required"], key}
+        if name == default:
+            needed.discard(key)
+        choices.append(
+            {
+                "type": "object",
+                "title": name,
+                "properties": table["properties"] | own["properties"] | chosen,
+                "required": sorted(needed),
+                "additionalProperties": False,
+            }
+        )
+    other = {
+        "type": "object",
+        "title": "of another package",
+        "properties": own["properties"] | {key: {"type": "string", "not": {"enum": names}}},
+        "required": sorted({*own["required"], key}),
+    }
+    return {"anyOf": [*choices, other]}
+
+
+def _table(cls: type[BaseModel]) -> Schema:
+    """A table of settings: its keys with types, limits, defaults and what the docstring says."""
+    schema = cls.model_json_schema()
+    notes = field_notes(cls)
+    properties = {
+        name: _without_null({word: value for word, value in schema["properties"][name].items() if word != "title"})
+        for name in cls.model_fields
+    }
+    for name, note in notes.items():
+        properties[name] = {"description": note, **properties[name]}
+    return {
+        "description": _first_line(cls),
+        "type": "object",
+        "properties": properties,
+        "required": schema.get("required", []),
+        "additionalProperties": False,
+    }
+
+
+def _without_null(value: Schema) -> Schema:
+    """Leave None out, which TOML does not have."""
+    if value.get("default", 0) is None:
+        del value["default"]
+    options = [option for option in value.get("anyOf", []) if option != {"type": "null"}]
+    if len(options) == 1:
+        del value["anyOf"]
+        return {**options[0], **value}
+    return {**value, "anyOf": options} if options else value
+
+
+def _first_line(cls: type[Any]) -> str:
+    return (inspect.getdoc(cls) or "").partition("\n")[0]
