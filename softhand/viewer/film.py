@@ -54,8 +54,8 @@ def write_film(
     path = Path(path)
     ending = path.suffix.lower().removeprefix(".")
     _check(path, ending, fps, size, speed)
-    find_chromium()
     encode = _encode_gif if ending == "gif" else _encode_mp4(_find_ffmpeg())
+    find_chromium()
     page = report_page(
         [recording], fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
     )
