@@ -6,8 +6,11 @@ import math
 
 from softhand.compiled import compiled
 
-MOST_ROUNDS = 40
+MOST_ROUNDS = 60
 """Of the search for the share of the deformation that stays."""
+
+GUESSES = 6
+"""How many of them first take the law for linear."""
 
 CLOSE = 1e-13
 """How near to 1 the use of the limit surface must then be."""
