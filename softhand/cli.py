@@ -20,6 +20,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     reproduce,
     simulate,
     stability,
+    validate,
     view,
     workspace,
 )

@@ -97,7 +97,7 @@ def stick() -> Iterable[Check]:
 
 
 def touch_again() -> Iterable[Check]:
-    """Lifted off with shear and torsion stored, moved on and set down: nothing pulls in the air, nothing is remembered."""
+    """Lifted off with shear and torsion stored, a tip neither pulls nor remembers."""
     worst = stored = 0.0
     for law in LAWS:
         rig = _leaning(law, 1e-3)

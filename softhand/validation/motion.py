@@ -15,7 +15,7 @@ from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
-from softhand.validation.rigs import MASS, MU, RADIUS, Body, Carriage, G, Rig, block, make_rig, make_world, pinch, tip
+from softhand.validation.rigs import MASS, RADIUS, Body, Carriage, G, Rig, block, make_rig, make_world, pinch, tip
 
 LAW = Radial(radius=RADIUS)
 

@@ -26,7 +26,10 @@ def resting_depth() -> Iterable[Check]:
     """A damped block comes to rest where the law carries its weight."""
     exact = {
         "paper's normal force": (LAW, math.sqrt(MASS * G / LAW.K)),
-        "Hertz": (hertz := Hertz(radius=RADIUS), (0.75 * MASS * G * (1.0 - hertz.nu**2) / hertz.E / math.sqrt(RADIUS)) ** (2.0 / 3.0)),
+        "Hertz": (
+            hertz := Hertz(radius=RADIUS),
+            (0.75 * MASS * G * (1.0 - hertz.nu**2) / hertz.E / math.sqrt(RADIUS)) ** (2.0 / 3.0),
+        ),
         "power 1.7": (power := Power(radius=RADIUS, zeta=1.7, c_d=2e5), (MASS * G / power.c_d) ** (1.0 / 1.7)),
     }
     for name, (law, depth) in exact.items():
@@ -64,9 +67,10 @@ def ringing() -> Iterable[Check]:
     for name, (index, square) in springs.items():
         rig = block(depth, LAW, body=Body(inertia=(IMMOVABLE, IMMOVABLE, inertia)))
         rig.velocity[index] = 1e-5
-        times, speeds = [], []
+        times: list[float] = []
+        speeds: list[float] = []
 
-        def watch(time: float, rig=rig, index=index, times=times, speeds=speeds) -> None:  # type: ignore[no-untyped-def]
+        def watch(time: float, rig=rig, index=index, times=times, speeds=speeds) -> None:
             times.append(time)
             speeds.append(float(rig.velocity[index]))
 

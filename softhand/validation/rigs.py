@@ -172,7 +172,9 @@ def make_world(
         return load_world(hand_file, names, box_file, gravity=[float(x) for x in np.asarray(gravity)])
 
 
-def make_rig(world: World, fingertips: Sequence[Fingertip], position: ArrayLike, rotation: ArrayLike | None = None) -> Rig:
+def make_rig(
+    world: World, fingertips: Sequence[Fingertip], position: ArrayLike, rotation: ArrayLike | None = None
+) -> Rig:
     """All at rest, joints at 0, with the box at a position [m], shape (3,), and turned, shape (3, 3)."""
     plant = Plant(world, fingertips)
     q = np.zeros(world.model.nq)
@@ -190,7 +192,7 @@ def block(
     depth: float,
     law: Law | None = None,
     *,
-    body: Body = Body(),  # noqa: B008  frozen
+    body: Body = Body(),
     gravity: ArrayLike = (0.0, 0.0, -G),
     joints: str = "Z",
     **options: object,
