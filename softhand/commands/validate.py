@@ -34,7 +34,8 @@ def validate(
     if not quiet:
         table = Table(box=box.SIMPLE_HEAD)
         for column in COLUMNS:
-            table.add_column(column, justify="left" if column in ("check", "unit", "pass") else "right")
+            is_text = column in ("check", "unit", "pass")
+            table.add_column(column, justify="left" if is_text else "right", no_wrap=column != "check")
         for check in checks:
             table.add_row(*map(escape, row_of(check)), style=None if check.passed else "bold red")
         console().print(table)

@@ -221,11 +221,13 @@ def pinch(
     force: float = 6.0,
     law: Law | None = None,
     *,
+    tip_mass: float = 0.05,
     turn: ArrayLike | None = None,
     shift: ArrayLike = (0.0, 0.0, 0.0),
     **options: object,
 ) -> Rig:
-    """Two tips that slide along x press a free box of 0.2 kg between them with a force [N] a side, at rest along x.
+    """Two tips that slide along x press a free box of 0.2 kg between them with a force [N] a side, at rest along x;
+    each tip weighs `tip_mass` [kg].
 
     `turn`, shape (3, 3), and `shift` [m] move the whole world, gravity included.
     """
@@ -235,8 +237,8 @@ def pinch(
     body = Body(inertia=(81.93e-6, 112.78e-6, 74.70e-6), size=(0.056, 0.036, 0.060))
     out = 0.5 * body.size[0] + law.radius - middle
     carriages = [
-        Carriage("x", (out, 0.0, 0.0), (0.0, 0.0, math.pi), 0.05, 1e-5),
-        Carriage("x", (-out, 0.0, 0.0), (0.0, 0.0, 0.0), 0.05, 1e-5),
+        Carriage("x", (out, 0.0, 0.0), (0.0, 0.0, math.pi), tip_mass, 1e-5),
+        Carriage("x", (-out, 0.0, 0.0), (0.0, 0.0, 0.0), tip_mass, 1e-5),
     ]
     world = make_world(carriages, body, rotation @ (0.0, 0.0, -G), rotation, shift)
     fingertips = [tip(world, face, law, **options) for face in (RIGHT, LEFT)]  # type: ignore[arg-type]

@@ -15,7 +15,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     *holding.EXPERIMENTS,
 )
 
-COLUMNS = ("check", "measured", "exact", "allowed difference", "unit", "pass")
+COLUMNS = ("check", "measured", "exact", "allowed", "unit", "pass")
 
 
 def run_checks(experiments: Sequence[Experiment] = EXPERIMENTS) -> Iterator[tuple[int, Check]]:
@@ -48,6 +48,6 @@ def _digits(check: Check) -> int:
     if check.exact == 0.0 or check.allowed == 0.0:
         return 3
     digits, share = 4, check.allowed / abs(check.exact)
-    while 10.0 ** (2 - digits) > share and digits < 14:
+    while 10.0 ** (2 - digits) > share and digits < 10:
         digits += 1
     return digits
