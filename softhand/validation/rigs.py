@@ -226,10 +226,9 @@ def pinch(
     shift: ArrayLike = (0.0, 0.0, 0.0),
     **options: object,
 ) -> Rig:
-    """Two tips that slide along x press a free box of 0.2 kg between them with a force [N] a side, at rest along x;
-    each tip weighs `tip_mass` [kg].
+    """Two tips that slide along x press a free box of 0.2 kg between them with a force [N] a side, at rest along x.
 
-    `turn`, shape (3, 3), and `shift` [m] move the whole world, gravity included.
+    Each tip weighs `tip_mass` [kg]. `turn`, shape (3, 3), and `shift` [m] move the whole world, gravity included.
     """
     rotation = np.eye(3) if turn is None else np.asarray(turn, dtype=float)
     law = law or Radial(radius=RADIUS)
