@@ -22,6 +22,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     schema,
     simulate,
     stability,
+    validate,
     view,
     workspace,
 )

@@ -6,8 +6,11 @@ import math
 
 from softhand.compiled import compiled
 
-MOST_ROUNDS = 40
+MOST_ROUNDS = 60
 """Of the search for the share of the deformation that stays."""
+
+GUESSES = 6
+"""How many of them first take the law for linear."""
 
 CLOSE = 1e-13
 """How near to 1 the use of the limit surface must then be."""
@@ -23,7 +26,8 @@ def spin_length(pad, distance):
 
         tau_max = pi mu k_r r^3 c {arccos c + c s - 2 c artanh s} = kappa mu f_z a,   f_z = pi k_r dr^2
 
-    kappa goes to 8/15 as dr goes to 0. Other pressures have a constant kappa, and a length can be given outright.
+    kappa goes to 8/15 as dr goes to 0. Elastic half-spaces touch over a^2 = r dr, where kappa is a constant of the law;
+    and a length can be given outright.
 
     Args:
         pad: one row of `records.PAD`.
@@ -36,9 +40,9 @@ def spin_length(pad, distance):
     if not e > 0.0:
         return 0.0
     c = 1.0 - e
-    s = math.sqrt(e * (1.0 + c))
     if pad.torsion_share > 0.0:
-        return pad.torsion_share * s * r
+        return pad.torsion_share * math.sqrt(e) * r
+    s = math.sqrt(e * (1.0 + c))
     if e < _SHALLOW:
         kappa = 8.0 / 15.0 - e * (8.0 / 35.0 + e * (0.1206349206 + e * (0.0669552673 + e * 0.0388)))
         return kappa * s * r

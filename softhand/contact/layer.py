@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 
 from softhand.compiled import compiled
 from softhand.contact.damping import damp
-from softhand.contact.friction import CLOSE, MOST_ROUNDS, limit_surface_use, spin_length
+from softhand.contact.friction import CLOSE, GUESSES, MOST_ROUNDS, limit_surface_use, spin_length
 from softhand.contact.geometry import place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
@@ -63,6 +63,9 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         contact.deformation[0] = pad.radius - contact.distance
         for k in range(3):
             contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
+        if pad.can_slip and contact.deformation[0] <= 0.0:
+            _let_go(contact)
+            continue
         _answer(pad, contact)
         slips = pad.can_slip and _cut_back(pad, contact, z[i])
         if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
@@ -90,41 +93,68 @@ def _answer(pad, contact):
 
 
 @compiled
+def _let_go(contact):
+    """A tip with a limit that does not touch: nothing is stored, no force, no stiffness."""
+    contact.deformation[1:] = 0.0
+    contact.deformation_force[:] = 0.0
+    contact.force[:] = 0.0
+    contact.slip[:] = 0.0
+    contact.limit_surface_use = 0.0
+    contact.stiffness[:] = 0.0
+    contact.damping[:] = 0.0
+
+
+@compiled
 def _cut_back(pad, contact, memory):
     """Cut shear and torsion back to the limit surface if they are beyond it; `slip` is what was cut off.
 
-    A tip that does not touch holds and remembers nothing.
-
-    All three in proportion, so that the force comes back along the ray on which it lies; by the secant rule on the
-    logarithms, which is exact at once where the law is linear in them and the normal force does not depend on them.
+    All three in proportion, so that the force comes back along the ray on which it lies. The share that stays is
+    1 / use where the law is linear in them at a normal force of its own; else it is enclosed: by the same guess a few
+    times, then by false position (Illinois).
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
-    if not contact.force[2] > 0.0:
-        contact.deformation[1], contact.deformation[2], contact.deformation[3] = 0.0, 0.0, 0.0
-        contact.deformation_force[:] = 0.0
-        contact.force[:] = 0.0
-        contact.limit_surface_use = 0.0
-        return True
     slid = pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
     contact.limit_surface_use = limit_surface_use(contact.force, pad.friction if slid else pad.static_friction, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
         return False
     a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
-    kept, use, slope = 1.0, limit_surface_use(contact.force, pad.friction, length), 1.0
-    for _ in range(MOST_ROUNDS):
-        if kept == 0.0 or abs(use - 1.0) < CLOSE:
+    use = limit_surface_use(contact.force, pad.friction, length)
+    kept, low, high, below, above, last = 1.0, 0.0, 1.0, math.nan, use - 1.0, 0
+    for k in range(MOST_ROUNDS):
+        if k < GUESSES and use < math.inf:
+            kept = kept / use
+        elif below < 0.0 and above < math.inf:
+            kept = (low * above - high * below) / (above - below)
+        else:
+            kept = 0.5 * (low + high)
+        if not low < kept < high:
+            kept = 0.5 * (low + high)
+        use = _use_at(pad, contact, kept * a, kept * b, kept * c, length)
+        if abs(use - 1.0) < CLOSE:
             break
-        before, used = kept, use
-        kept = kept * use ** (-1.0 / slope) if use < math.inf else 0.0
-        contact.deformation[1], contact.deformation[2], contact.deformation[3] = kept * a, kept * b, kept * c
-        _answer(pad, contact)
-        use = limit_surface_use(contact.force, pad.friction, length)
-        if 0.0 < use < math.inf and 0.0 < kept != before:
-            slope = min(max(math.log(use / used) / math.log(kept / before), 0.2), 2.0)
+        if use > 1.0:
+            high, above = kept, use - 1.0
+            below = 0.5 * below if last > 0 else below
+            last = 1
+        else:
+            low, below = kept, use - 1.0
+            above = 0.5 * above if last < 0 else above
+            last = -1
+    if use > 1.0 + 10.0 * CLOSE:
+        kept = low
+        use = _use_at(pad, contact, kept * a, kept * b, kept * c, length)
     slip[0], slip[1], slip[2] = (1.0 - kept) * a, (1.0 - kept) * b, (1.0 - kept) * c
     contact.limit_surface_use = use
     return True
+
+
+@compiled
+def _use_at(pad, contact, first, second, third, length):
+    """Use of the limit surface with so much stored; the contact is then there."""
+    contact.deformation[1], contact.deformation[2], contact.deformation[3] = first, second, third
+    _answer(pad, contact)
+    return limit_surface_use(contact.force, pad.friction, length)
 
 
 @compiled

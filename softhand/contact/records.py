@@ -25,7 +25,7 @@ PAD = np.dtype(
         ("can_slip", np.int64),  # whether friction has a limit
         ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
         ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
-        ("torsion_share", np.float64),  # the same over the contact radius, or 0 for the pressure of columns
+        ("torsion_share", np.float64),  # the same over sqrt(r dr), or 0 for the pressure of columns
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]

@@ -67,8 +67,8 @@ class Law(Settings):
     Then the fields of the law in the order of their declaration, `radius` first."""
 
     torsion_share: ClassVar[float | None] = None
-    """kappa of the largest torsion kappa mu f_z a, a the contact radius: mean distance of the pressure from the middle
-    over a; None for the pressure of columns, see `friction.spin_length`."""
+    """kappa of the largest torsion kappa mu f_z a, a = sqrt(r dr) as in a half-space: mean distance of the pressure
+    from the middle over a; None for the pressure of columns, see `friction.spin_length`."""
 
     stiffness: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     """Optional static method with the arguments of `force`: the 16 derivatives of the four forces by the four
