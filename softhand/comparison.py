@@ -28,7 +28,7 @@ from softhand.analysis.performance import Performance, errors, measure
 from softhand.assembly import build, read_controller, read_law
 from softhand.errors import ScenarioError, SofthandError
 from softhand.plots import Lined, draw_line_up
-from softhand.plugins import find_plugin
+from softhand.plugins import find_plugin, load_plugin_files, plugin_files
 from softhand.recording import Recording
 from softhand.scenario import Scenario, load_scenario
 from softhand.scenario_file import parse_override
@@ -209,7 +209,7 @@ def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
 
 def _run_all(cases: list[tuple[str, str, Scenario]], tell: Callable[[float], None], jobs: int) -> Iterator[Row]:
     if jobs > 1:
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        with ProcessPoolExecutor(jobs, get_context("spawn"), load_plugin_files, (plugin_files(),)) as pool:
             yield from pool.map(_run, *zip(*cases, strict=True))
         return
     for done, (law, controller, scenario) in enumerate(cases):

@@ -4,13 +4,21 @@ A package adds one by an entry point in its pyproject.toml, for instance
 
     [project.entry-points."softhand.laws"]
     gel = "my_package.gel:Gel"
+
+A user adds the classes of a single file for one process with `load_plugin_file`, under their names in small letters
+with hyphens: `SoftGel` is `soft-gel`. No scenario can do that.
 """
 
 from __future__ import annotations
 
 import inspect
+import re
+import sys
+from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
@@ -59,9 +67,58 @@ _BASES = {
 }
 
 
+_files: list[Path] = []
+_from_files: dict[str, dict[str, type[Any]]] = {kind: {} for kind in SHIPPED}
+
+
+def load_plugin_file(file: Path) -> list[str]:
+    """Run a Python file and add the laws, dampings, controllers and steppers that it defines.
+
+    Returns:
+        Their names.
+
+    Raises:
+        ScenarioError: the file cannot be run, defines none, or one of a name that is taken.
+    """
+    spec = spec_from_file_location(f"softhand_plugin_{len(_files)}_{file.stem}", file)
+    if file.suffix != ".py" or not file.is_file() or spec is None or spec.loader is None:
+        raise ScenarioError(f"{file}: this is no Python file; --plugin needs one, such as gel.py.", value=str(file))
+    module = module_from_spec(spec)
+    sys.modules[module.__name__] = module  # formulas of laws are compiled by the module that they are in
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ScenarioError(f"{file}: this plugin cannot be run: {error!r}.", value=str(file)) from error
+    own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
+    found = [(kind, item) for kind, base in _BASES.items() for item in own if issubclass(item, _load(base))]
+    if not found:
+        bases = ", ".join(base.rpartition(":")[2] for base in _BASES.values())
+        raise ScenarioError(f"{file}: no subclass of {bases} is defined in it.", value=str(file))
+    names = []
+    for kind, item in found:
+        name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", item.__name__).lower()
+        if name in plugin_names(kind):
+            raise ScenarioError(f'{file}: there is a {kind[:-1]} "{name}" already; rename {item.__name__}.', value=name)
+        _from_files[kind][name] = item
+        names.append(name)
+    _files.append(file)
+    return names
+
+
+def load_plugin_files(files: Sequence[Path]) -> None:
+    """`load_plugin_file` for each: what a further process needs to know as much as this one."""
+    for file in files:
+        load_plugin_file(file)
+
+
+def plugin_files() -> tuple[Path, ...]:
+    """The files loaded so far."""
+    return tuple(_files)
+
+
 def plugin_names(kind: str) -> list[str]:
-    """Names of one kind, a key of `SHIPPED`: shipped first, then those of other packages."""
-    return list(SHIPPED[kind]) + sorted(set(_foreign(kind)) - set(SHIPPED[kind]))
+    """Names of one kind, a key of `SHIPPED`: shipped first, then those of other packages and files."""
+    return list(SHIPPED[kind]) + sorted({*_foreign(kind), *_from_files[kind]} - set(SHIPPED[kind]))
 
 
 def find_plugin(kind: str, name: str, key: str) -> type[Any]:
@@ -77,6 +134,8 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
     """
     if name in SHIPPED[kind]:
         return _load(SHIPPED[kind][name])
+    if name in _from_files[kind]:
+        return _from_files[kind][name]
     entry = _foreign(kind).get(name)
     if entry is None:
         near = nearest(name, plugin_names(kind))

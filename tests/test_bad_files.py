@@ -99,6 +99,7 @@ VALUES = st.sampled_from([0, -1, 1e-300, 1e300, "x", [], [0.0] * 3, [1e300] * 3,
 VALUES |= st.floats(allow_nan=False, allow_infinity=False)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(changes=st.dictionaries(st.sampled_from(KEYS), VALUES, min_size=1, max_size=2))
 def test_a_start_is_refused_or_finite(changes: dict[str, object]) -> None:

@@ -1,5 +1,9 @@
 """Plugins: one table of names, open to other packages."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from softhand import Controller, Law, ScenarioError, Stepper, load_scenario, simulate
@@ -69,3 +73,77 @@ def test_an_unknown_name_gives_the_nearest(tmp_path):
     with pytest.raises(ScenarioError, match='Did you mean "midpoint"') as caught:
         find_plugin("steppers", "midpont", "stepper.name")
     assert caught.value.key == "stepper.name" and "rk4" in str(caught.value)
+
+
+SPRING = '''"""A law and a controller of one's own."""
+
+from pathlib import Path
+
+from softhand import Controller, Law
+from softhand.laws.radial import Radial
+
+Path(__file__).with_suffix(".run").touch()
+
+
+class SoftGel(Law):
+    """Linear gel."""
+
+    k: float = 3000.0
+
+    @staticmethod
+    def force(dr, dtheta, dphi, dpsi, phi, radius, k):
+        return k * dr, k * radius**2 * dtheta, k * radius**2 * dphi, 1e-2 * k * radius**2 * dpsi
+
+
+class Still(Controller):
+    """Hold the start."""
+
+    def start(self, observation):
+        return observation.f_C
+
+    def torque(self, observation, memory):
+        return observation.N_F + observation.J_CF_f.T @ memory, memory
+'''
+
+
+def command(*arguments, folder):
+    program = str(Path(sys.executable).with_name("softhand"))
+    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+def test_a_file_adds_plugins_for_one_command(tmp_path):
+    """`--plugin FILE.py` makes the classes of the file known by name; also in further processes."""
+    (tmp_path / "mine.py").write_text(SPRING)
+    short = ("--plugin", "mine.py", "--duration", "0.02", "-q", "--out", "out")
+    result = command("simulate", "--law", "soft-gel", "--controller", "still", "--no-plot", *short, folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert 'law = "soft-gel"' in (tmp_path / "out/scenario.toml").read_text()
+    result = command("compare", "--law", "nakashima,soft-gel", "--jobs", "2", *short, folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "soft-gel" in (tmp_path / "out/comparison.csv").read_text()
+
+
+def test_a_scenario_cannot_load_a_file(tmp_path):
+    """Without the flag the file is not run, whatever a scenario says, and its law is unknown."""
+    (tmp_path / "mine.py").write_text(SPRING)
+    for law in ("soft-gel", "mine.py", "mine:SoftGel", "./mine.py:SoftGel"):
+        result = command("simulate", "--set", f"fingertip.law={law}", folder=tmp_path)
+        assert result.returncode == 1 and "no law is called" in result.stderr
+    assert not (tmp_path / "mine.run").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("import nothing_there", "cannot be run"),
+        ("x = 1", "no subclass of Law, Damping, Controller, Stepper"),
+        ("from softhand.laws.radial import Radial as R\nclass Radial(R): pass", 'there is a law "radial" already'),
+        (None, "no Python file"),
+    ],
+)
+def test_a_broken_plugin_file_is_one_message(tmp_path, text, words):
+    """A file that cannot be run, has nothing, or a name that is taken."""
+    if text is not None:
+        (tmp_path / "mine.py").write_text(text)
+    result = command("simulate", "--plugin", "mine.py", folder=tmp_path)
+    assert result.returncode == 1 and words in result.stderr and "Traceback" not in result.stderr

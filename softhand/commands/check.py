@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, Set, console, escape, print_table, say_compiling
+from softhand.commands.console import Plugins, Quiet, Set, console, escape, print_table, say_compiling
 
 
 @app.command(epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4")
 def check(
     target: Annotated[str, typer.Argument(help="A .urdf file, a scenario that ships, or a .toml file.")],
     changes: Set = [],  # noqa: B006  typer copies it
+    plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
     """Say what is wrong or doubtful in a URDF or a scenario; exit code 1 if it cannot be used.

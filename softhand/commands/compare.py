@@ -10,6 +10,7 @@ import typer
 from softhand.commands.app import app
 from softhand.commands.console import (
     Out,
+    Plugins,
     Quiet,
     Set,
     console,
@@ -44,6 +45,7 @@ def compare(
     duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
     out: Out = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to run in.")] = 1,
+    plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
     """Run every law with every controller; prints a table, writes comparison.png and comparison.csv."""

@@ -20,6 +20,26 @@ Set = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scenario, in TOML; may be repeated."),
 ]
 Out = Annotated[Path | None, typer.Option(help="Folder for the results; by default a new one below runs/.")]
+
+
+def _load_plugins(files: list[Path]) -> list[Path]:
+    if files:
+        from softhand.plugins import load_plugin_files
+
+        load_plugin_files(files)
+    return files
+
+
+Plugins = Annotated[
+    list[Path],
+    typer.Option(
+        "--plugin",
+        metavar="FILE.py",
+        callback=_load_plugins,
+        help="Python file with laws, dampings, controllers or steppers of your own, by their names in small letters "
+        "with hyphens; it is run. May be repeated.",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 

@@ -12,6 +12,7 @@ import typer
 from softhand.commands.app import app
 from softhand.commands.console import (
     Out,
+    Plugins,
     Quiet,
     Set,
     console,
@@ -52,6 +53,7 @@ def simulate(
     host: Host = HOST,
     port: Port = PORT,
     open_page: OpenPage = True,
+    plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
