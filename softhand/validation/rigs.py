@@ -160,16 +160,18 @@ def make_world(
         f'<joint name="base_mount" type="fixed"><parent link="base"/><child link="mount"/>{_origin(shift, rpy)}</joint>'
     ]
     parts += [_carriage(name, carriage) for name, carriage in zip(names, carriages, strict=True)]
-    ixx, iyy, izz = body.inertia
     box = (
-        f'<robot name="box"><link name="box">{_inertial(body.mass, ixx, iyy, izz)}'
+        f'<robot name="box"><link name="box">{_inertial(1.0, 1.0, 1.0, 1.0)}'
         f'<collision><geometry><box size="{_numbers(body.size)}"/></geometry></collision></link></robot>'
     )
     with tempfile.TemporaryDirectory() as folder:
         hand_file, box_file = Path(folder) / "rig.urdf", Path(folder) / "box.urdf"
         hand_file.write_text("".join([*parts, "</robot>"]))
         box_file.write_text(box)
-        return load_world(hand_file, names, box_file, gravity=[float(x) for x in np.asarray(gravity)])
+        world = load_world(hand_file, names, box_file, gravity=[float(x) for x in np.asarray(gravity)])
+    # no real body has the inertia of a box that may not turn, so that a file with it would be refused
+    world.model.inertias[world.object_joint] = pin.Inertia(body.mass, np.zeros(3), np.diag(body.inertia))
+    return world
 
 
 def make_rig(
