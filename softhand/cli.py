@@ -10,6 +10,7 @@ import sys
 
 from softhand.commands import (  # noqa: F401  each adds its command
     compare,
+    energy,
     film,
     identify,
     lyapunov,
