@@ -123,7 +123,7 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
             shown = values
             if is_coulomb(recording):
                 shown = recording["limit_surface_use"]
-                axes.set_ylabel("friction use, coupled dotted [-]")
+                axes.set_ylabel("use, coupled dotted [-]")
                 _add_coupled(axes, recording, shown)
             _mark_friction(axes, recording.time, np.maximum(values, shown))
     _draw_torques(figure, lower, recording)
