@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from softhand import Recording, build, load_scenario
-from softhand.analysis.energy import Ledger, energy_ledger, stored
+from softhand.analysis.energy import Ledger, energy_ledger, is_spring, stored
 from softhand.laws.conservative import Conservative
+from softhand.laws.parallel_distributed import ParallelDistributed
+from softhand.laws.radial import Radial
 from softhand.scenario import with_law
 
 COULOMB = {"fingertip.contact": "coulomb", "fingertip.friction": 0.45}
@@ -71,3 +73,9 @@ def test_stored_is_the_energy_of_the_law() -> None:
     law, d = Conservative(radius=0.010), np.array([0.002, 1e-3, -5e-4, 0.2])
     arguments = law.arguments(d, 1.0)
     assert stored(law, d, 1.0) == Conservative.energy(*arguments)
+
+
+def test_a_law_whose_energy_depends_on_the_lean_is_no_spring() -> None:
+    """As a tip rolls, such an energy changes without work."""
+    assert is_spring(Conservative(radius=0.010)) and is_spring(Radial(radius=0.010))
+    assert not is_spring(ParallelDistributed(radius=0.010))

@@ -32,7 +32,7 @@ class Ledger:
         elastic: change of what the tips hold, see `stored` [J].
         damping: taken by the material of the tips, viscosity and relaxation [J].
         slip: work of friction [J].
-        is_spring: whether all laws are the slope of an energy.
+        is_spring: whether all laws are springs, see `is_spring`.
     """
 
     time: Array
@@ -131,7 +131,7 @@ def energy_ledger(
         elastic=elastic,
         damping=damping[chosen],
         slip=slip[chosen] - slip[0],
-        is_spring=all(tip.law.energy is not None for tip in plant.fingertips),
+        is_spring=all(is_spring(tip.law) for tip in plant.fingertips),
     )
 
 
@@ -147,6 +147,14 @@ def stored(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.p
     if law.energy is not None:
         return float(law.energy(*law.arguments(deformation, Phi, bearing)))
     return give_back(law, deformation, Phi, bearing)
+
+
+def is_spring(law: Law) -> bool:
+    """Whether the law has an energy, of the deformation alone: one that depends on the lean changes as a tip rolls."""
+    if law.energy is None:
+        return False
+    deformation = np.array([0.1 * law.radius, 0.02 * law.radius, 0.03 * law.radius, 0.1])
+    return stored(law, deformation, 1.0, 0.5) == stored(law, deformation, 1.3, 1.5)
 
 
 def give_back(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.pi) -> float:
