@@ -40,7 +40,7 @@ def draw() -> Figure:
         figure = new_figure(6.4)
         top = draw_title(figure, "Coulomb friction at mu 0.5, the minimum-jerk targets")
         grid = figure.add_gridspec(3, 2, left=0.085, right=0.975, top=top, bottom=0.07, hspace=0.3, wspace=0.25)
-        print("| target | mu | tip | slip [mm] | twist [deg] | lost [mJ] | moved at most [mm, deg] | final error [mm, deg] |")
+        print("| target | mu | tip | slip [mm] | twist [deg] | lost [mJ] | moved [mm, deg] | final error [mm, deg] |")
         print("|---|---|---|---|---|---|---|---|")
         for column, (target, tip) in enumerate(TARGETS.items()):
             name = target.replace("-", " ").capitalize().replace(" a", " A").replace(" b", " B")

@@ -1,4 +1,4 @@
-"""Random grasps, loads and pushes: each run must end well, or with an error that has a name; prints what became of them.
+"""Random grasps, loads and pushes: each run must end well, or with a named error; prints what became of them.
 
 Every run with tips that are springs must also close its energy ledger.
 

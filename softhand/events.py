@@ -102,7 +102,7 @@ def _torque_limits(recording: Recording) -> Iterator[Event]:
             yield Event(_time(recording, first), "torque limit", joint, figures)
 
 
-def _time(recording: Recording, sample: int) -> float:
+def _time(recording: Recording, sample: int | np.signedinteger) -> float:
     return float(recording.time[sample])
 
 

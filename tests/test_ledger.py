@@ -18,7 +18,9 @@ COULOMB = {"fingertip.contact": "coulomb", "fingertip.friction": 0.45}
 DAMPED = {"fingertip.damping": {"name": "kelvin-voigt"}}
 
 
-def run(step: float, values: dict[str, Any], duration: float, law: str | None = "conservative") -> tuple[Recording, Any]:
+def run(
+    step: float, values: dict[str, Any], duration: float, law: str | None = "conservative"
+) -> tuple[Recording, Any]:
     scenario = load_scenario("target-a")
     scenario = (with_law(scenario, law) if law else scenario).with_values(
         {**values, "stepper.step": step, "control_period": step, "duration": duration, "reference.duration": 0.4}

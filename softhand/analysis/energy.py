@@ -163,8 +163,7 @@ def give_back(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * n
     The elastic energy of a law that is a spring. The paper's law is none; there it depends on the way, and the straight
     line is a convention.
 
-    Args:
-        law, deformation, Phi, bearing: as `stored`.
+    The arguments are those of `stored`.
     """
     shares = 0.5 * (_NODES + 1.0)
     return 0.5 * sum(

@@ -17,7 +17,8 @@ _POINTS = 201
 def energy(
     recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
     out: Annotated[
-        Path | None, typer.Option(help="Figure to write, .png, .pdf or .svg; by default energy.png beside the recording.")
+        Path | None,
+        typer.Option(help="Figure to write, .png, .pdf or .svg; by default energy.png beside the recording."),
     ] = None,
     quiet: Quiet = False,
 ) -> None:

@@ -137,7 +137,10 @@ def _print_summary(recording: Recording, simulation: Simulation, folder: Path, f
 
     summary = summarize(recording)
     print_table(f"{folder}", summary.rows())
-    print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
+    if simulation.plant.pads["is_damped"].any():  # slow to sum
+        console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
+    else:
+        print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
     print_events(summary.events)
     for warning in summary.warnings():
         console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)

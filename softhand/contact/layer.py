@@ -100,6 +100,11 @@ def _cut_back(pad, contact, memory):
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
+    if contact.deformation[0] <= 0.0:  # in the air nothing is stored, and nothing is there at the next touch
+        contact.deformation[1], contact.deformation[2], contact.deformation[3] = 0.0, 0.0, 0.0
+        contact.limit_surface_use = 0.0
+        _answer(pad, contact)
+        return False
     mu = pad.friction if _has_slid(pad, memory) else pad.static_friction
     contact.limit_surface_use = limit_surface_use(contact.force, mu, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:

@@ -22,7 +22,9 @@ def draw_energy(ledger: Ledger, title: str) -> Figure:
         for name, label in ACCOUNTS.items():
             axes.plot(ledger.time, 1e3 * getattr(ledger, name), color=_COLORS[name], label=label)
         axes.legend(ncols=3, loc="best")
-        rest = panel(figure, grid[1], "residual [mJ]", f"Residual: {ledger.residual_name.removeprefix('residual, ')}", True)
+        rest = panel(
+            figure, grid[1], "residual [mJ]", f"Residual: {ledger.residual_name.removeprefix('residual, ')}", True
+        )
         rest.plot(ledger.time, 1e3 * ledger.residual, color="black")
         finish(figure, float(ledger.time[-1]) or 1.0)
     return figure
