@@ -26,7 +26,7 @@ DAMPINGS = (None, None, "kelvin-voigt", "hunt-crossley", "fung")
 BOUND = 0.05
 """Largest residual over the largest account ..."""
 
-CALM = 0.02
+CALM = 0.01
 """... while no joint turns further than this in a step [rad]: of what flies faster, the step is too long."""
 
 

@@ -106,3 +106,14 @@ def test_the_step_of_target_b_slips_and_lets_go() -> None:
     assert {event.finger for event in found if event.kind == "slip"} == set(stop.value.recording.labels["contact"])
     assert found[-1].kind == "stopped" and any(event.kind == "lift-off" for event in found)
     assert stop.value.reason != "diverged"
+
+
+def test_nothing_is_stored_in_the_air() -> None:
+    """Finger 3 lets go: no shear or torsion is left, and no slip is counted until it touches again."""
+    with pytest.raises(SimulationStopped) as stop:
+        simulate(load_scenario("target-b", {"fingertip.contact": "coulomb", "reference.kind": "step"}))
+    run = stop.value.recording
+    away = run.deformation[:, 2, 0] <= 0.0
+    assert np.count_nonzero(away) > 10 and not away[0]
+    assert np.all(run.deformation[away, 2, 1:] == 0.0)
+    assert np.ptp(run.slip_travel[away, 2]) == 0.0
