@@ -108,13 +108,10 @@ def read_world(scenario: Scenario) -> World:
     )
 
 
-def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
-    """The fingertips of a scenario, each with its face, and its grasp at rest."""
-    section = scenario.grasp
-    faces = faces_of(world, section.contact_points)
-    damping = read_damping(scenario, law)
-    tip = scenario.fingertip
-    fingertips = [
+def read_fingertips(scenario: Scenario, world: World, law: Law) -> list[Fingertip]:
+    """The fingertips of a scenario, each with its face."""
+    damping, tip = read_damping(scenario, law), scenario.fingertip
+    return [
         Fingertip(
             law,
             tip.friction,
@@ -124,8 +121,13 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
             static_friction=tip.static_friction,
             torsion_length=tip.torsion_length,
         )
-        for face in faces
+        for face in faces_of(world, scenario.grasp.contact_points)
     ]
+
+
+def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
+    """The fingertips of a scenario, each with its face, and its grasp at rest."""
+    section, fingertips = scenario.grasp, read_fingertips(scenario, world, law)
     rotation = rotation_of(scenario.object.rpy)
     grasp = solve_grasp(
         world,

@@ -11,6 +11,7 @@ import sys
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
+    energy,
     film,
     identify,
     lyapunov,

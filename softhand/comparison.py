@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from softhand.analysis.energy import balance
+from softhand.analysis.energy import energy_ledger
 from softhand.analysis.performance import Performance, errors, measure
 from softhand.assembly import build, read_controller, read_law
 from softhand.errors import ScenarioError, SofthandError
@@ -231,7 +231,7 @@ def _run(law: str, controller: str, scenario: Scenario, tell: Callable[[float], 
         time = getattr(error, "time", None)
         when = "cannot begin" if time is None else f"stopped at {time:g} s"
         return Row(law, controller, getattr(error, "recording", None), None, math.nan, f"{when}: {error}")
-    lost = balance(recording, simulation.plant).lost
+    lost = energy_ledger(recording, simulation.plant).lost
     return Row(law, controller, recording, measure(recording), lost, "")
 
 

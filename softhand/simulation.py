@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
+from softhand.events import events_as_text, find_events
 from softhand.faults import HEALTHY, approach, broken_down, find_fault, out_of_range, stopped
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
@@ -263,7 +264,7 @@ class Simulation:
         world = self.plant.world
         steps = max(len(recorder) - 1, 0) * self._steps
         wall = max(clock.perf_counter() - began, 1e-9)
-        return Recording(
+        recording = Recording(
             variables=variables,
             labels={
                 "joint": world.joint_names,
@@ -279,6 +280,8 @@ class Simulation:
             hand_urdf=world.hand_text,
             object_urdf=world.object_text,
         )
+        recording.attributes["events"] = events_as_text(find_events(recording))
+        return recording
 
     def _notes(self, variables: dict[str, NDArray[Any]]) -> dict[str, str]:
         """What a reader of the recording must know of the fingertip law."""

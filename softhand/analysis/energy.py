@@ -1,93 +1,224 @@
-"""Where the work of the joints went: the energy balance of a run."""
+"""Where the work of the joints went: the energy ledger of a run."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.analysis.probe import recorded_scenario, recorded_state
+from softhand.assembly import read_fingertips, read_law, read_world
 from softhand.laws.law import Law
-from softhand.model.configuration import rotation_of
-from softhand.plant import Plant
+from softhand.plant import Plant, State
 from softhand.recording import Recording
+
+Array = NDArray[np.float64]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
-@dataclass(frozen=True)
-class Balance:
-    """Energy between the first and the last sample of a run.
+@dataclass(frozen=True, eq=False)
+class Ledger:
+    """Energy since the start of a run, at some of its samples; all arrays of shape (times,).
 
     Attributes:
+        time: [s].
         work: of the joint torques [J].
         kinetic: change of the kinetic energy [J].
         gravity: change of the potential energy of the weights [J].
-        elastic: change of what the tips would give back, see `give_back` [J].
+        elastic: change of what the tips hold, see `stored` [J].
+        damping: taken by the material of the tips, viscosity and relaxation [J].
+        slip: work of friction [J].
+        is_spring: whether all laws are springs, see `is_spring`.
     """
 
-    work: float
-    kinetic: float
-    gravity: float
-    elastic: float
+    time: Array
+    work: Array
+    kinetic: Array
+    gravity: Array
+    elastic: Array
+    damping: Array
+    slip: Array
+    is_spring: bool
+
+    @property
+    def taken(self) -> Array:
+        """What the joints gave and the bodies do not have: it is in the tips or lost there [J]."""
+        return self.work - self.kinetic - self.gravity
 
     @property
     def lost(self) -> float:
-        """What is left of the work [J]: lost in the tips, by damping, slip or a law that is no spring.
+        """What is left of the work at the end [J]: lost in the tips, by damping, slip or a law that is no spring.
 
         Negative if the tips gave more than was put in, which a law that is no spring can do.
         """
-        return self.work - self.kinetic - self.gravity - self.elastic
+        return float(self.taken[-1] - self.elastic[-1])
+
+    @property
+    def residual(self) -> Array:
+        """What no account explains [J]: the error of the stepper, and the work of a law that is no spring."""
+        return self.taken - self.elastic - self.damping - self.slip
+
+    @property
+    def exchanged(self) -> float:
+        """The largest amount in any one account [J], to judge the residual by."""
+        return max(float(np.max(np.abs(getattr(self, name)))) for name in ACCOUNTS)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Label and value at the end of each account."""
+        rows = [(label, f"{1e3 * getattr(self, name)[-1]:.4g} mJ") for name, label in ACCOUNTS.items()]
+        return [*rows, (self.residual_name, f"{1e3 * self.residual[-1]:.4g} mJ")]
+
+    @property
+    def residual_name(self) -> str:
+        """What the residual is."""
+        return "residual, error of the stepper" if self.is_spring else "lost by a law that is no spring"
 
 
-def balance(recording: Recording, plant: Plant) -> Balance:
-    """The energy balance of a run.
+ACCOUNTS = {
+    "work": "work of the joint torques",
+    "kinetic": "kinetic energy",
+    "gravity": "energy of height",
+    "elastic": "elastic energy of the tips",
+    "damping": "damped in the tips",
+    "slip": "lost to slip",
+}
+"""Arrays of a `Ledger`, in words; the first equals the sum of the others and the residual."""
+
+
+def energy_ledger(
+    recording: Recording, plant: Plant | None = None, samples: Sequence[int] | NDArray[np.integer] = (0, -1)
+) -> Ledger:
+    """The energy ledger of a run:
+
+        work = kinetic + gravity + elastic + damping + slip + residual
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
-    controller is in this work already.
+    controller is in this work already. The power of material damping is (f - f_law) . velocity at the contact, taken at
+    each sample and summed by the trapezoidal rule. Slip is `slip_loss` of the recording.
 
     Args:
         recording: with at least one sample.
-        plant: of that run; read only for its model and laws.
+        plant: of that run; read only for its model and materials. Built from the recording's scenario if not given.
+        samples: where the accounts are wanted.
+
+    Raises:
+        RecordingError: the scenario in the recording cannot be read.
+        SofthandError: as `build`, where that scenario can no longer be built.
     """
+    plant = Plant(plant.world, plant.fingertips) if plant else _recorded_plant(recording)
+    count = len(recording)
+    chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
-    work = float(np.sum(recording.joint_torque[:-1] * moved))
-    ends = [_energies(recording, plant, sample) for sample in (0, len(recording) - 1)]
-    kinetic, gravity, elastic = (after - before for before, after in zip(*ends, strict=True))
-    return Balance(work, kinetic, gravity, elastic)
+    work = _summed(np.sum(recording.joint_torque[:-1] * moved, axis=1))
+    damping = np.zeros(count)
+    if np.any(plant.pads["is_damped"]):
+        power = np.array([_damping_power(recording, plant, sample) for sample in range(count)])
+        damping = _summed(0.5 * (power[1:] + power[:-1]) * np.diff(recording.time))
+    slip = np.zeros(count)
+    if "slip_loss" in recording.variables:
+        slip = np.sum(recording.slip_loss, axis=1)
+    energies = np.array([_energies(recording, plant, sample) for sample in (0, *chosen)])
+    kinetic, gravity, elastic = (energies[1:] - energies[0]).T
+    return Ledger(
+        time=recording.time[chosen],
+        work=work[chosen],
+        kinetic=kinetic,
+        gravity=gravity,
+        elastic=elastic,
+        damping=damping[chosen],
+        slip=slip[chosen] - slip[0],
+        is_spring=all(is_spring(tip.law) for tip in plant.fingertips),
+    )
 
 
-def give_back(law: Law, deformation: NDArray[np.float64], Phi: float) -> float:
+def stored(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.pi) -> float:
+    """What a tip holds [J]: `Law.energy` where the law has one, else what it gives back, see `give_back`.
+
+    Args:
+        law: of the tip.
+        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad], shape (4,).
+        Phi: of the deformed tip [rad].
+        bearing: of the tip's axis in the face [rad], as `Law.arguments`.
+    """
+    if law.energy is not None:
+        return float(law.energy(*law.arguments(deformation, Phi, bearing)))
+    return give_back(law, deformation, Phi, bearing)
+
+
+def is_spring(law: Law) -> bool:
+    """Whether the law has an energy, of the deformation alone: one that depends on the lean changes as a tip rolls."""
+    if law.energy is None:
+        return False
+    deformation = np.array([0.1 * law.radius, 0.02 * law.radius, 0.03 * law.radius, 0.1])
+    return stored(law, deformation, 1.0, 0.5) == stored(law, deformation, 1.3, 1.5)
+
+
+def give_back(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.pi) -> float:
     """Work of a tip that is let go along a straight line, at fixed Phi [J]: the integral of dF(s delta) . delta ds.
 
     The elastic energy of a law that is a spring. The paper's law is none; there it depends on the way, and the straight
     line is a convention.
 
-    Args:
-        law: of the tip.
-        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (4,).
-        Phi: of the deformed tip [rad].
+    The arguments are those of `stored`.
     """
     shares = 0.5 * (_NODES + 1.0)
     return 0.5 * sum(
-        float(weight * (law(share * deformation, Phi) @ deformation))
+        float(weight * (law(share * deformation, Phi, bearing) @ deformation))
         for share, weight in zip(shares, _WEIGHTS, strict=True)
     )
 
 
+def _recorded_plant(recording: Recording) -> Plant:
+    scenario = recorded_scenario(recording)
+    world = read_world(scenario)
+    return Plant(world, read_fingertips(scenario, world, read_law(scenario)))
+
+
+def _summed(parts: Array) -> Array:
+    """Sums up to each sample, the first 0."""
+    return np.concatenate([[0.0], np.cumsum(parts)])
+
+
+def _put(recording: Recording, plant: Plant, sample: int) -> State:
+    """Bring the plant to one sample."""
+    known = recorded_state(plant.world, recording, sample)
+    z = np.zeros((plant.world.n_tips, plant.n_memory))
+    z[:, :3] = known.z
+    surface = np.flatnonzero(plant.pads["is_surface"])
+    z[surface, :2] *= plant.pads["radius"][surface, None] - recording.deformation[sample, surface, :1]
+    plant.update(known.q, known.v, z)
+    return known
+
+
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float]:
     """Kinetic, gravitational and elastic energy at one sample [J]."""
-    world = plant.world
-    q, data = pin.neutral(world.model), world.model.createData()
-    rotation = rotation_of(recording.object_rpy[sample])
-    world.set_joint_position(recording.joint_position[sample], q)
-    q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
-    twist = recording.object_twist[sample]
-    v = np.concatenate([recording.joint_velocity[sample], rotation.T @ twist[:3], rotation.T @ twist[3:]])
-    tips = zip(plant.fingertips, recording.deformation[sample], recording.contact_angles[sample, :, 1], strict=True)
-    return (
-        float(pin.computeKineticEnergy(world.model, data, q, v)),
-        float(pin.computePotentialEnergy(world.model, data, q)),
-        sum(give_back(tip.law, deformation, Phi) for tip, deformation, Phi in tips),
+    state = _put(recording, plant, sample)
+    model = plant.world.model
+    data = model.createData()
+    elastic = 0.0
+    for tip, contact in zip(plant.fingertips, plant.contacts, strict=True):
+        bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
+        elastic += stored(tip.law, contact["deformation"], float(contact["angles"][1]), bearing)
+    kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
+    return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic
+
+
+def _damping_power(recording: Recording, plant: Plant, sample: int) -> float:
+    """(f - f_law) . velocity of all contacts at one sample [W]."""
+    _put(recording, plant, sample)
+    contacts = plant.contacts
+    law = contacts["deformation_force"]
+    elastic = np.stack(
+        [
+            contacts["theta_per_x"] * law[:, 1] + contacts["psi_per_x"] * law[:, 3],
+            contacts["phi_per_y"] * law[:, 2],
+            law[:, 0],
+            law[:, 3],
+        ],
+        axis=1,
     )
+    return float(np.sum((recording.contact_force[sample] - elastic) * contacts["velocity"]))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softhand.events import Event, find_events
 from softhand.recording import Recording
 
 
@@ -20,6 +21,9 @@ class Summary:
         friction_use: largest |f_t| / (mu f_z) of the run; above 1 a real tip would have slipped.
         friction_finger: where that was.
         friction_time: when that was [s].
+        limit_surface_use: largest use of the coupled limit of force and torsion; NaN if not recorded.
+        slipped: distance that tips slipped, each that did [m].
+        events: what happened when.
         torque_limited: share of the samples in which an effort limit cut a torque.
         out_of_range: where the fingertip law was used beyond what it is meant for, a sentence; "" if nowhere.
         lost_contact: tips that did not press at some time, each with the first such time [s].
@@ -33,6 +37,9 @@ class Summary:
     friction_use: float
     friction_finger: str
     friction_time: float
+    limit_surface_use: float
+    slipped: dict[str, float]
+    events: list[Event]
     torque_limited: float
     out_of_range: str
     lost_contact: dict[str, float]
@@ -47,6 +54,8 @@ class Summary:
             ("final orientation error", f"{self.orientation_error:.4g} deg"),
             ("final internal-force error", f"{self.force_error:.4g} N"),
             ("largest friction use", f"{self.friction_use:.3g}  ({where})"),
+            ("largest limit-surface use", f"{self.limit_surface_use:.3g}"),
+            *((f"slip of {finger}", f"{1e3 * travel:.3g} mm") for finger, travel in self.slipped.items()),
             ("steps per second", f"{self.steps_per_second:,.0f}"),
             ("real-time factor", f"{self.real_time_factor:.3g}"),
         ]
@@ -96,9 +105,24 @@ def summarize(recording: Recording) -> Summary:
         friction_use=float(use[sample, contact]),
         friction_finger=fingers[contact],
         friction_time=float(recording.time[sample]),
+        limit_surface_use=_largest(recording, "limit_surface_use"),
+        slipped=_slipped(recording),
+        events=find_events(recording),
         torque_limited=float(np.mean(np.any(recording.torque_limited, axis=1))),
         out_of_range=str(recording.attributes.get("out_of_range", "")),
         lost_contact=lost,
         steps_per_second=float(recording.attributes.get("steps_per_second", np.nan)),
         real_time_factor=recording.stop_time / wall,
     )
+
+
+def _largest(recording: Recording, name: str) -> float:
+    return float(np.max(recording[name])) if name in recording.variables else float("nan")
+
+
+def _slipped(recording: Recording) -> dict[str, float]:
+    """Slip travel of the tips that slipped [m]."""
+    if "slip_travel" not in recording.variables:
+        return {}
+    travel = zip(recording.labels["contact"], recording.slip_travel[-1], strict=True)
+    return {finger: float(way) for finger, way in travel if way > 0.0}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,6 +12,7 @@ import typer
 from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
+    from softhand.events import Event
     from softhand.recording import Recording
     from softhand.simulation import Progress
 
@@ -94,8 +95,8 @@ def progress(what: str, total: float, quiet: bool) -> Iterator[Progress | None]:
         yield lambda done: bar.update(task, completed=done)
 
 
-def print_table(title: str, rows: list[tuple[str, str]]) -> None:
-    """Rows of name and text below a title."""
+def print_table(title: str, rows: Sequence[tuple[str, ...]]) -> None:
+    """Rows of texts below a title."""
     from rich import box
     from rich.table import Table
 
@@ -103,6 +104,19 @@ def print_table(title: str, rows: list[tuple[str, str]]) -> None:
     for row in rows:
         table.add_row(*map(escape, row))
     console().print(table)
+
+
+_MOST_EVENTS = 12
+
+
+def print_events(events: list[Event]) -> None:
+    """A line an event, the first of many."""
+    if not events:
+        return
+    rows = [(f"{event.time:.4g} s", event.kind, event.finger, event.text) for event in events[:_MOST_EVENTS]]
+    print_table("events", rows)
+    if len(events) > _MOST_EVENTS:
+        console().print(f"and {len(events) - _MOST_EVENTS} more; all are in run.nc", highlight=False)
 
 
 def new_folder(name: str) -> Path:

@@ -19,6 +19,7 @@ from softhand.commands.console import (
     escape,
     make_folder,
     new_folder,
+    print_events,
     print_table,
     progress,
     say_compiling,
@@ -116,7 +117,7 @@ def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window:
         raise
     files = _save(recording, folder, plot)
     if not quiet:
-        _print_summary(recording, folder, files)
+        _print_summary(recording, simulation, folder, files)
 
 
 def _save(recording: Recording, folder: Path, plot: bool) -> list[str]:
@@ -130,11 +131,17 @@ def _save(recording: Recording, folder: Path, plot: bool) -> list[str]:
     return ["scenario.toml", "run.nc", "figure.png"]
 
 
-def _print_summary(recording: Recording, folder: Path, files: list[str]) -> None:
+def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:
+    from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
 
     summary = summarize(recording)
     print_table(f"{folder}", summary.rows())
+    if simulation.plant.pads["is_damped"].any():  # slow to sum
+        console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
+    else:
+        print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
+    print_events(summary.events)
     for warning in summary.warnings():
         console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
     console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)

@@ -67,6 +67,8 @@ def limit_surface_use(force, mu, length):
 def note_slip(pads, contacts, z):
     """Make the slip of the last evaluation final: z is what stays, travel, twist and loss grow.
 
+    The loss is the slip times the mean of the forces before and after the step, so that it is of second order.
+
     Args:
         pads: table `records.PAD`, shape (nc,).
         contacts: table `records.CONTACT`, evaluated at z, or z at a lead that the step is now done with.
@@ -76,7 +78,7 @@ def note_slip(pads, contacts, z):
         pad, contact = pads[i], contacts[i]
         if not pad.can_slip:
             continue
-        slip, force = contact.slip, contact.deformation_force
+        slip, force, before = contact.slip, contact.deformation_force, contact.force_before
         for k in range(3):
             z[i, k] = contact.deformation[1 + k]
         moved = slip[0] != 0.0 or slip[1] != 0.0 or slip[2] != 0.0
@@ -88,5 +90,8 @@ def note_slip(pads, contacts, z):
             along_x = slip[0] / contact.theta_per_x
             contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
             contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
-            contact.slip_loss += force[1] * slip[0] + force[2] * slip[1] + force[3] * slip[2]
+            for k in range(3):
+                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
             slip[:] = 0.0
+        for k in range(3):
+            before[k] = force[1 + k]

@@ -77,6 +77,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
                 _release(contact.stiffness)
         if pad.is_damped:
             damp(pad, contact, z[i], lead, slips)
+            if pad.can_slip:
+                _limit_damped(pad, contact, slips or _has_slid(pad, z[i]))
 
 
 @compiled
@@ -114,8 +116,8 @@ def _cut_back(pad, contact, memory):
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
-    slid = pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
-    contact.limit_surface_use = limit_surface_use(contact.force, pad.friction if slid else pad.static_friction, length)
+    mu = pad.friction if _has_slid(pad, memory) else pad.static_friction
+    contact.limit_surface_use = limit_surface_use(contact.force, mu, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
         return False
     a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
@@ -155,6 +157,41 @@ def _use_at(pad, contact, first, second, third, length):
     contact.deformation[1], contact.deformation[2], contact.deformation[3] = first, second, third
     _answer(pad, contact)
     return limit_surface_use(contact.force, pad.friction, length)
+
+
+@compiled
+def _has_slid(pad, memory):
+    """Whether the tip slipped in the step before, where that makes a difference."""
+    return pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
+
+
+@compiled
+def _limit_damped(pad, contact, slides):
+    """The limit holds for the whole force: viscosity fills what shear and torsion of the material leave, no more."""
+    force, damping, velocity = contact.force, contact.damping, contact.velocity
+    length, mu = spin_length(pad, contact.distance), pad.friction if slides else pad.static_friction
+    use = limit_surface_use(force, mu, length)
+    contact.limit_surface_use = min(use, 1.0)
+    if use <= 1.0:
+        return
+    square, product, room = 0.0, 0.0, (mu * force[2]) ** 2  # |elastic + share viscous|^2 = (mu f_z)^2, in forces
+    for k in (0, 1, 3):
+        unit = 1.0 if k < 2 else 1.0 / length
+        viscous = damping[k] * velocity[k] * unit
+        elastic = force[k] * unit - viscous
+        square += viscous * viscous
+        product += elastic * viscous
+        room -= elastic * elastic
+    share = 0.0
+    if room > 0.0:
+        share = room / (product + math.sqrt(product * product + square * room))
+    for k in (0, 1, 3):
+        force[k] -= (1.0 - share) * damping[k] * velocity[k]
+        damping[k] *= share
+    use = limit_surface_use(force, mu, length)
+    if use > 1.0:  # the normal force is less than that of the law
+        for k in (0, 1, 3):
+            force[k] = force[k] / use if use < math.inf else 0.0
 
 
 @compiled

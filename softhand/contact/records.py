@@ -70,6 +70,7 @@ CONTACT = np.dtype(
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
         ("slip", np.float64, 3),  # what the limit took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation
+        ("force_before", np.float64, 3),  # last three of deformation_force where slip was last made final
         ("limit_surface_use", np.float64),
         ("is_slipping", np.int64),  # whether the last step slipped
         ("slip_travel", np.float64),  # since the start [m]

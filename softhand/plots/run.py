@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
+from softhand.events import find_events
 from softhand.plots.style import (
     CONTACT_ARRAYS,
     DASHED,
@@ -32,6 +33,7 @@ from softhand.plots.style import (
     draw_title,
     finish,
     from_top,
+    is_coulomb,
     new_figure,
     panel,
     plot_desired,
@@ -118,8 +120,27 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
         plot_fingers(axes, recording.time, values, range(values.shape[1]))
         widen(axes, least)
         if name == "friction use":
-            _mark_friction(axes, recording.time, values)
+            shown = values
+            if is_coulomb(recording):
+                shown = recording["limit_surface_use"]
+                axes.set_ylabel("use, coupled dotted [-]")
+                _add_coupled(axes, recording, shown)
+            _mark_friction(axes, recording.time, np.maximum(values, shown))
     _draw_torques(figure, lower, recording)
+
+
+_ROUNDED = 1e-9  # a tip that slips is on the limit
+_MARKS = {"slip": "v", "torsional slip": "s", "slip ends": "|", "lift-off": "x", "touch": "o"}
+
+
+def _add_coupled(axes: Axes, recording: Recording, use: Array) -> None:
+    """The use of the limit surface, dotted, and a mark on the limit for each event at a contact."""
+    for i, finger in enumerate(recording.labels["contact"]):
+        color = FINGERS[i % len(FINGERS)]
+        axes.plot(recording.time, use[:, i], color=color, lw=1.0, ls=":")
+        for kind, mark in _MARKS.items():
+            times = [event.time for event in find_events(recording) if (event.kind, event.finger) == (kind, finger)]
+            axes.plot(times, np.ones(len(times)), mark, color=color, ms=4, zorder=ON_TOP)
 
 
 def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
@@ -127,7 +148,7 @@ def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
     highest = float(np.max(np.nan_to_num(use, posinf=np.inf), initial=0.0))
     axes.set_ylim(0.0, min(max(1.15 * highest, 1.2), FRICTION_TOP))
     axes.axhline(1.0, color="black", lw=0.8, ls=DASHED)
-    if highest > 1.0:
+    if highest > 1.0 + _ROUNDED:
         worst = np.minimum(np.max(use, axis=1), 2.0 * FRICTION_TOP)
         axes.fill_between(time, 1.0, worst, where=worst > 1.0, color=WARNING, alpha=0.3, lw=0)
         reached = "no normal force" if np.isinf(highest) else f"up to {highest:.3g}"

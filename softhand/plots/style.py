@@ -154,6 +154,12 @@ def scenario_of(recording: Recording) -> dict[str, Any]:
         return {}
 
 
+def is_coulomb(recording: Recording) -> bool:
+    """Whether friction has a limit in this run, and its use is recorded."""
+    contact = scenario_of(recording).get("fingertip", {}).get("contact")
+    return contact == "coulomb" and "limit_surface_use" in recording.variables
+
+
 def new_figure(height: float) -> Figure:
     """An empty figure of the common width and a height [in]."""
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")

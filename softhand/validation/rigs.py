@@ -169,8 +169,13 @@ def make_world(
         hand_file.write_text("".join([*parts, "</robot>"]))
         box_file.write_text(box)
         world = load_world(hand_file, names, box_file, gravity=[float(x) for x in np.asarray(gravity)])
-    # no real body has the inertia of a box that may not turn, so that a file with it would be refused
+    # no real body is as heavy, or as light, as these, so that a file with them would be refused
     world.model.inertias[world.object_joint] = pin.Inertia(body.mass, np.zeros(3), np.diag(body.inertia))
+    for name, carriage in zip(names, carriages, strict=True):
+        for k in range(len(carriage.joints)):
+            share = 1.0 if k == len(carriage.joints) - 1 else 1e-12
+            inertia = pin.Inertia(share * carriage.mass, np.zeros(3), share * carriage.inertia * np.eye(3))
+            world.model.inertias[world.model.getJointId(f"{name}_{k}_joint")] = inertia
     return world
 
 
@@ -272,14 +277,11 @@ def zero_crossing(times: Sequence[float], values: Sequence[float]) -> float:
 def _carriage(name: str, carriage: Carriage) -> str:
     parent, parts = "mount", []
     for k, letter in enumerate(carriage.joints):
-        is_last = k == len(carriage.joints) - 1
-        share = 1.0 if is_last else 1e-12
-        inertia = share * carriage.inertia
         kind = "prismatic" if letter.islower() else "revolute"
         axis = [float(letter.lower() == other) for other in "xyz"]
         origin = carriage.origin if k == 0 else (0.0, 0.0, 0.0)
         parts.append(
-            f'<link name="{name}_{k}">{_inertial(share * carriage.mass, inertia, inertia, inertia)}</link>'
+            f'<link name="{name}_{k}">{_inertial(1.0, 1.0, 1.0, 1.0)}</link>'
             f'<joint name="{name}_{k}_joint" type="{kind}"><parent link="{parent}"/><child link="{name}_{k}"/>'
             f'{_origin(origin)}<axis xyz="{_numbers(axis)}"/>'
             '<limit lower="-1e3" upper="1e3" effort="1e3" velocity="1e3"/></joint>'

@@ -16,6 +16,7 @@ from softhand.plots import (
     OBJECT_ARRAYS,
     check,
     contact_quantities,
+    is_coulomb,
     joints_of_fingers,
     quantities,
 )
@@ -24,6 +25,7 @@ from softhand.viewer.packing import Array, Data, Store
 
 _MOST_SAMPLES = 2500  # more than a panel has pixels
 _DESIRED = "#000000"
+_ROUNDED = 1e-9  # a tip that slips is on the limit
 _BLOCKS = {
     "Contact forces": ("normal force", "tangential force", "torsion moment", "friction use"),
     "Deformation": ("deformation δr", "latitude Φ", "deformation δθ", "deformation δφ", "deformation δψ"),
@@ -89,10 +91,19 @@ def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str,
             unit, values, least = of_contacts[name]
             panel = {"title": name.removeprefix("deformation ").removesuffix(" moment"), "unit": unit, "least": least}
             if name == "friction use":
-                panel |= {"floor": 0.0, "top": FRICTION_TOP, "limit": 1.0}
-                panel["note"] = "above 1" if np.any(values > 1.0) else ""
+                panel |= _use_panel(values)
             yield block, panel, fingers(values)
+    if is_coulomb(recording):
+        use = recording["limit_surface_use"]
+        panel = {"title": "limit-surface use", "unit": "-", "least": 0.5, **_use_panel(use)}
+        yield "Contact forces", panel, fingers(use)
     yield from _torques(recording, samples, curve)
+
+
+def _use_panel(values: Array) -> Data:
+    """What a panel of friction use has beyond others."""
+    note = "above 1" if np.any(values > 1.0 + _ROUNDED) else ""
+    return {"floor": 0.0, "top": FRICTION_TOP, "limit": 1.0, "note": note}
 
 
 def _torques(recording: Recording, samples: Array, curve: Any) -> Iterator[tuple[str, Data, list[Data]]]:

@@ -12,7 +12,7 @@ from softhand.model.validation.document import Element
 from softhand.model.validation.findings import Findings
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_LARGEST = 1e16  # beyond any body, in any unit
+_LARGEST = 1e9  # beyond any hand, in any unit
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,41 @@
+"""softhand energy: where the work of the joints went."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import Quiet, console, print_table, say_compiling
+
+_POINTS = 201
+
+
+@app.command(epilog="Example: softhand energy runs/target-a/run.nc")
+def energy(
+    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Figure to write, .png, .pdf or .svg; by default energy.png beside the recording."),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the energy ledger of a run: work of the joints, kinetic, height, tips, damping, slip, and what is left."""
+    say_compiling(quiet)
+    import numpy as np
+
+    from softhand.analysis.energy import energy_ledger
+    from softhand.plots import save_figure, scenario_of
+    from softhand.plots.energy import draw_energy
+    from softhand.recording import Recording
+
+    run = Recording.load(recording)
+    samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
+    ledger = energy_ledger(run, samples=samples)
+    target = out or recording.parent / "energy.png"
+    save_figure(draw_energy(ledger, scenario_of(run).get("description") or "softhand run"), target)
+    if not quiet:
+        print_table(f"{recording}", ledger.rows())
+        console().print(f"wrote {target}", highlight=False)

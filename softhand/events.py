@@ -1,0 +1,115 @@
+"""What happened in a run, and when: touch, lift-off, slip, apex, torque limits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.recording import Recording
+
+_GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
+_APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event.
+
+    Attributes:
+        time: of the first sample that shows it [s].
+        kind: one of `KINDS`.
+        finger: name of the tip, for a torque limit that of the joint; "" for the whole run.
+        text: the reason in figures.
+    """
+
+    time: float
+    kind: str
+    finger: str
+    text: str
+
+
+KINDS = ("touch", "lift-off", "slip", "torsional slip", "slip ends", "apex", "torque limit", "stopped")
+"""`torsional slip` is slip where torsion takes the larger share of the limit."""
+
+
+def find_events(recording: Recording) -> list[Event]:
+    """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
+    found = [*_touches(recording), *_slips(recording), *_apexes(recording), *_torque_limits(recording)]
+    if not recording.complete:
+        found.append(Event(recording.stop_time, "stopped", "", recording.reason))
+    return sorted(found, key=lambda event: event.time)
+
+
+def events_as_text(events: list[Event]) -> str:
+    """JSON, as the attribute `events` of a recording has it."""
+    return json.dumps([asdict(event) for event in events])
+
+
+def _touches(recording: Recording) -> Iterator[Event]:
+    """Touch and lift-off; a tip that presses from the start does not touch."""
+    if "contact_force" not in recording.variables:
+        return
+    pressing = recording.contact_force[:, :, 2] > 0.0
+    for i, finger in enumerate(recording.labels["contact"]):
+        for k in np.flatnonzero(np.diff(pressing[:, i])) + 1:
+            before, after = recording.contact_force[k - 1, i, 2], recording.contact_force[k, i, 2]
+            if pressing[k, i]:
+                yield Event(_time(recording, k), "touch", finger, f"f_z = {after:.3g} N")
+            else:
+                yield Event(_time(recording, k), "lift-off", finger, f"f_z was {before:.3g} N the sample before")
+
+
+def _slips(recording: Recording) -> Iterator[Event]:
+    if "is_slipping" not in recording.variables:
+        return
+    for i, finger in enumerate(recording.labels["contact"]):
+        for first, last in _spans(recording.is_slipping[:, i] != 0, recording.time):
+            force, share = recording.contact_force[first, i], recording.friction_use[first, i]
+            kind = "torsional slip" if share * share < 0.5 else "slip"  # the squares of both shares add up to 1
+            figures = f"f_t = {np.hypot(*force[:2]):.3g} N, f_z = {force[2]:.3g} N, tau = {1e3 * force[3]:.3g} N mm"
+            yield Event(_time(recording, first), kind, finger, figures)
+            if last + 1 < len(recording):
+                travel, twist, loss = (
+                    recording[name][last, i] - recording[name][max(first - 1, 0), i]
+                    for name in ("slip_travel", "slip_twist", "slip_loss")
+                )
+                figures = f"{1e3 * travel:.3g} mm, {np.degrees(twist):.3g} deg, {1e3 * loss:.3g} mJ"
+                yield Event(_time(recording, last + 1), "slip ends", finger, figures)
+
+
+def _apexes(recording: Recording) -> Iterator[Event]:
+    """Theta jumps where the contact rolls over the apex of the tip."""
+    if "contact_angles" not in recording.variables:
+        return
+    turn = np.abs(np.diff(recording.contact_angles[:, :, 0], axis=0))
+    passed = np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN
+    for k, i in np.argwhere(passed & (recording.deformation[1:, :, 0] > 0.0)):
+        Phi = np.degrees(recording.contact_angles[k : k + 2, i, 1].max())
+        yield Event(_time(recording, k + 1), "apex", recording.labels["contact"][i], f"Phi = {Phi:.3g} deg")
+
+
+def _torque_limits(recording: Recording) -> Iterator[Event]:
+    if "torque_limited" not in recording.variables:
+        return
+    for i, joint in enumerate(recording.labels["joint"]):
+        for first, last in _spans(recording.torque_limited[:, i] != 0, recording.time):
+            samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
+            figures = f"{recording.joint_torque[first, i]:.3g} N m, {samples} sample{'s' if samples > 1 else ''}"
+            yield Event(_time(recording, first), "torque limit", joint, figures)
+
+
+def _time(recording: Recording, sample: int | np.signedinteger) -> float:
+    return float(recording.time[sample])
+
+
+def _spans(holds: NDArray[np.bool_], time: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """First and last sample of each stretch where something holds, short gaps bridged."""
+    samples = np.flatnonzero(holds)
+    if not samples.size:
+        return []
+    parts = np.flatnonzero(np.diff(time[samples]) > _GAP) + 1
+    return [(int(part[0]), int(part[-1])) for part in np.split(samples, parts)]

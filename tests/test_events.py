@@ -1,0 +1,119 @@
+"""Events: from arrays with known answers, and of real runs."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from softhand import Recording, SimulationStopped, load_scenario, simulate
+from softhand.events import Event, find_events
+
+N = 200
+TIME = np.arange(N) * 1e-3
+
+
+def recording(reason: str = "", **arrays: Any) -> Recording:
+    """0.2 s of two pressing tips and one joint, but for the arrays given."""
+    force = np.tile([1.0, 0.0, 4.0, 0.002], (N, 2, 1))
+    still: dict[str, Any] = {
+        "time": TIME,
+        "contact_force": force,
+        "contact_angles": np.tile([0.1, 1.4], (N, 2, 1)),
+        "deformation": np.tile([1e-3, 0.0, 0.0, 0.0], (N, 2, 1)),
+        "joint_torque": np.full((N, 1), 0.3),
+        "torque_limited": np.zeros((N, 1)),
+        "friction_use": np.full((N, 2), 0.9),
+        "is_slipping": np.zeros((N, 2)),
+    }
+    still |= {name: np.zeros((N, 2)) for name in ("slip_travel", "slip_twist", "slip_loss")}
+    labels = {"joint": ("knuckle",), "contact": ("left", "right")}
+    return Recording({**still, **arrays}, labels, "", "0", not reason, reason, float(TIME[-1]))
+
+
+def test_nothing_happens_at_rest() -> None:
+    assert find_events(recording()) == []
+
+
+def test_lift_off_and_touch() -> None:
+    """The first sample without, and the first with, a normal force."""
+    force = recording().contact_force.copy()
+    force[50:80, 1] = 0.0
+    assert find_events(recording(contact_force=force)) == [
+        Event(0.050, "lift-off", "right", "f_z was 4 N the sample before"),
+        Event(0.080, "touch", "right", "f_z = 4 N"),
+    ]
+
+
+@pytest.mark.parametrize(("use", "kind"), [(0.75, "slip"), (0.65, "torsional slip")])
+def test_slip_has_figures_and_bridges_short_gaps(use: float, kind: str) -> None:
+    """A gap of 5 ms parts nothing; torsion has the larger share below a friction use of 0.707."""
+    slipping, travel = np.zeros((N, 2)), np.zeros((N, 2))
+    slipping[20:40, 0] = slipping[44:60, 0] = 1
+    slipping[100:110, 0] = 1
+    travel[:, 0] = 1e-3 * np.cumsum(slipping[:, 0]) / 36
+    found = find_events(recording(is_slipping=slipping, slip_travel=travel, friction_use=np.full((N, 2), use)))
+    assert [(event.time, event.kind) for event in found] == [
+        (0.020, kind), (0.060, "slip ends"), (0.100, kind), (0.110, "slip ends"),
+    ]  # fmt: skip
+    assert found[0].text == "f_t = 1 N, f_z = 4 N, tau = 2 N mm" and found[0].finger == "left"
+    assert found[1].text == "1 mm, 0 deg, 0 mJ"
+
+
+def test_slip_at_the_end_does_not_end() -> None:
+    slipping = np.zeros((N, 2))
+    slipping[150:, 1] = 1
+    assert [event.kind for event in find_events(recording(is_slipping=slipping))] == ["slip"]
+
+
+def test_apex_torque_limit_and_stop() -> None:
+    """Theta turns over by half a turn; a joint is cut for three samples; the run stops."""
+    angles, limited = recording().contact_angles.copy(), np.zeros((N, 1))
+    angles[90:, 0, 0] -= np.pi
+    limited[30:33] = 1
+    found = find_events(recording("flat", contact_angles=angles, torque_limited=limited))
+    assert found == [
+        Event(0.030, "torque limit", "knuckle", "0.3 N m, 3 samples"),
+        Event(0.090, "apex", "left", "Phi = 80.2 deg"),
+        Event(0.199, "stopped", "", "flat"),
+    ]
+
+
+def test_a_turn_of_theta_over_pi_is_no_apex() -> None:
+    angles = recording().contact_angles.copy()
+    angles[:90, 0, 0], angles[90:, 0, 0] = np.pi - 0.01, -np.pi + 0.01
+    assert find_events(recording(contact_angles=angles)) == []
+
+
+def test_target_a_slips_a_little_at_one_finger() -> None:
+    """At mu 0.5 finger 2 alone passes the coupled limit; the recording says so."""
+    run = simulate(load_scenario("target-a", {"fingertip.contact": "coulomb"}))
+    found = find_events(run)
+    assert {event.finger for event in found} == {"finger_2_tip"} and found[0].kind == "slip"
+    assert 0.6 < found[0].time < 0.8
+    assert json.loads(run.attributes["events"])[0] == vars(found[0])
+    assert 1e-4 < run.slip_travel[-1, 1] < 1e-3
+
+
+def test_the_step_of_target_b_slips_and_lets_go() -> None:
+    """It asks for several times the friction: slip at all fingers, then lift-off, then a named end."""
+    values = {"fingertip.contact": "coulomb", "reference.kind": "step"}
+    with pytest.raises(SimulationStopped) as stop:
+        simulate(load_scenario("target-b", values))
+    found = find_events(stop.value.recording)
+    assert {event.finger for event in found if event.kind == "slip"} == set(stop.value.recording.labels["contact"])
+    assert found[-1].kind == "stopped" and any(event.kind == "lift-off" for event in found)
+    assert stop.value.reason != "diverged"
+
+
+def test_nothing_is_stored_in_the_air() -> None:
+    """Finger 3 lets go: no shear or torsion is left, and no slip is counted until it touches again."""
+    with pytest.raises(SimulationStopped) as stop:
+        simulate(load_scenario("target-b", {"fingertip.contact": "coulomb", "reference.kind": "step"}))
+    run = stop.value.recording
+    away = run.deformation[:, 2, 0] <= 0.0
+    assert np.count_nonzero(away) > 10 and not away[0]
+    assert np.all(run.deformation[away, 2, 1:] == 0.0)
+    assert np.ptp(run.slip_travel[away, 2]) == 0.0

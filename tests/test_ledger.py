@@ -1,0 +1,83 @@
+"""The energy ledger closes, at the order of the stepper, with and without slip and damping."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from softhand import Recording, build, load_scenario
+from softhand.analysis.energy import Ledger, energy_ledger, is_spring, stored
+from softhand.laws.conservative import Conservative
+from softhand.laws.parallel_distributed import ParallelDistributed
+from softhand.laws.radial import Radial
+from softhand.scenario import with_law
+
+COULOMB = {"fingertip.contact": "coulomb", "fingertip.friction": 0.45}
+DAMPED = {"fingertip.damping": {"name": "kelvin-voigt"}}
+
+
+def run(
+    step: float, values: dict[str, Any], duration: float, law: str | None = "conservative"
+) -> tuple[Recording, Any]:
+    scenario = load_scenario("target-a")
+    scenario = (with_law(scenario, law) if law else scenario).with_values(
+        {**values, "stepper.step": step, "control_period": step, "duration": duration, "reference.duration": 0.4}
+    )
+    simulation = build(scenario)
+    return simulation.run(), simulation.plant
+
+
+def ledger_of(step: float, values: dict[str, Any], duration: float) -> Ledger:
+    return energy_ledger(*run(step, values, duration))
+
+
+@pytest.mark.parametrize("values", [{}, DAMPED, COULOMB, {**COULOMB, **DAMPED}], ids=["free", "damped", "slip", "both"])
+def test_the_residual_falls_with_the_square_of_the_step(values: dict[str, Any]) -> None:
+    """Midpoint: half the step, a quarter of the residual; and it is small beside every account in use."""
+    coarse, fine = (ledger_of(step, values, 0.5) for step in (1e-3, 5e-4))
+    assert fine.is_spring
+    assert abs(coarse.residual[-1] / fine.residual[-1]) == pytest.approx(4.0, rel=0.25)
+    used = [fine.work[-1], *([fine.damping[-1]] if DAMPED.keys() <= values.keys() else [])]
+    used += [fine.slip[-1]] if COULOMB.keys() <= values.keys() else []
+    assert abs(fine.residual[-1]) < 5e-3 * min(map(abs, used))
+    assert all(value != 0.0 for value in used)
+
+
+def test_damping_and_slip_only_take() -> None:
+    """At no time does either account shrink by more than rounding."""
+    recording, plant = run(1e-3, {**COULOMB, **DAMPED}, 0.5)
+    ledger = energy_ledger(recording, plant, np.arange(len(recording)))
+    assert np.all(np.diff(ledger.damping) > -1e-15) and np.all(np.diff(ledger.slip) > -1e-15)
+    assert ledger.slip[-1] > 1e-3
+    assert ledger.slip[-1] == pytest.approx(np.sum(recording.slip_loss[-1]), rel=1e-12)
+
+
+def test_the_ledger_of_a_file_is_that_of_the_run(tmp_path: Any) -> None:
+    """Built from the recorded scenario, damping and law included."""
+    recording, plant = run(1e-3, {**COULOMB, **DAMPED}, 0.1)
+    recording.save(tmp_path / "run.nc")
+    again = energy_ledger(Recording.load(tmp_path / "run.nc"))
+    for label, value in energy_ledger(recording, plant).rows():
+        assert dict(again.rows())[label] == value
+
+
+def test_the_residual_of_the_papers_law_is_named_what_it_is() -> None:
+    """It has no energy, so that what is left is not the stepper's alone."""
+    recording, plant = run(1e-3, {}, 0.05, law=None)
+    found = energy_ledger(recording, plant)
+    assert not found.is_spring and found.residual_name == "lost by a law that is no spring"
+
+
+def test_stored_is_the_energy_of_the_law() -> None:
+    """And the straight line gives the same, as the force is its slope."""
+    law, d = Conservative(radius=0.010), np.array([0.002, 1e-3, -5e-4, 0.2])
+    arguments = law.arguments(d, 1.0)
+    assert stored(law, d, 1.0) == Conservative.energy(*arguments)
+
+
+def test_a_law_whose_energy_depends_on_the_lean_is_no_spring() -> None:
+    """As a tip rolls, such an energy changes without work."""
+    assert is_spring(Conservative(radius=0.010)) and is_spring(Radial(radius=0.010))
+    assert not is_spring(ParallelDistributed(radius=0.010))
