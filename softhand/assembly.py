@@ -108,12 +108,17 @@ def read_world(scenario: Scenario) -> World:
     )
 
 
+def read_fingertips(scenario: Scenario, world: World, law: Law) -> list[Fingertip]:
+    """The fingertips of a scenario, each with its face."""
+    damping = read_damping(scenario, law)
+    faces = faces_of(world, scenario.grasp.contact_points)
+    return [Fingertip(law, scenario.fingertip.friction, face, damping) for face in faces]
+
+
 def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
     """The fingertips of a scenario, each with its face, and its grasp at rest."""
     section = scenario.grasp
-    faces = faces_of(world, section.contact_points)
-    damping = read_damping(scenario, law)
-    fingertips = [Fingertip(law, scenario.fingertip.friction, face, damping) for face in faces]
+    fingertips = read_fingertips(scenario, world, law)
     rotation = rotation_of(scenario.object.rpy)
     grasp = solve_grasp(
         world,

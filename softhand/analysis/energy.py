@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from softhand.laws.law import Law
-from softhand.model.configuration import rotation_of
-from softhand.plant import Plant
+from softhand.analysis.probe import recorded_state
+from softhand.plant import Fingertip, Plant
 from softhand.recording import Recording
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -24,7 +22,7 @@ class Balance:
         work: of the joint torques [J].
         kinetic: change of the kinetic energy [J].
         gravity: change of the potential energy of the weights [J].
-        elastic: change of what the tips would give back, see `give_back` [J].
+        elastic: change of what the tips would give back, see `tip_energy` [J].
     """
 
     work: float
@@ -49,7 +47,7 @@ def balance(recording: Recording, plant: Plant) -> Balance:
 
     Args:
         recording: with at least one sample.
-        plant: of that run; read only for its model and laws.
+        plant: of that run; put at its first and last state.
     """
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
     work = float(np.sum(recording.joint_torque[:-1] * moved))
@@ -58,36 +56,32 @@ def balance(recording: Recording, plant: Plant) -> Balance:
     return Balance(work, kinetic, gravity, elastic)
 
 
-def give_back(law: Law, deformation: NDArray[np.float64], Phi: float) -> float:
-    """Work of a tip that is let go along a straight line, at fixed Phi [J]: the integral of dF(s delta) . delta ds.
+def tip_energy(tip: Fingertip, contact: np.void) -> float:
+    """What a tip gives back when it is let go slowly [J].
 
-    The elastic energy of a law that is a spring. The paper's law is none; there it depends on the way, and the straight
-    line is a convention.
+    The energy of its law, where it has one. Else the work along a straight line at fixed Phi and lean, the integral of
+    dF(s delta) . delta over s from 0 to 1: for a law that is no spring, such as the paper's, it depends on the way, and
+    the straight line is a convention. Of a tip that relaxes the share c_0 of that.
 
     Args:
-        law: of the tip.
-        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (4,).
-        Phi: of the deformed tip [rad].
+        tip: law and damping.
+        contact: row of `records.CONTACT`: its deformation, angles and lean.
     """
-    shares = 0.5 * (_NODES + 1.0)
-    return 0.5 * sum(
-        float(weight * (law(share * deformation, Phi) @ deformation))
-        for share, weight in zip(shares, _WEIGHTS, strict=True)
-    )
+    law, deformation, Phi = tip.law, contact["deformation"], float(contact["angles"][1])
+    bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
+    if law.energy is not None:
+        return tip.damping.relaxed() * float(law.energy(*law.arguments(deformation, Phi, bearing)))
+    work = [law(share * deformation, Phi, bearing) @ deformation for share in 0.5 * (_NODES + 1.0)]
+    return tip.damping.relaxed() * 0.5 * float(_WEIGHTS @ work)
 
 
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float]:
     """Kinetic, gravitational and elastic energy at one sample [J]."""
-    world = plant.world
-    q, data = pin.neutral(world.model), world.model.createData()
-    rotation = rotation_of(recording.object_rpy[sample])
-    world.set_joint_position(recording.joint_position[sample], q)
-    q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
-    twist = recording.object_twist[sample]
-    v = np.concatenate([recording.joint_velocity[sample], rotation.T @ twist[:3], rotation.T @ twist[3:]])
-    tips = zip(plant.fingertips, recording.deformation[sample], recording.contact_angles[sample, :, 1], strict=True)
+    model, state = plant.world.model, recorded_state(plant.world, recording, sample)
+    data = model.createData()
+    plant.update(state.q, state.v, state.z)
     return (
-        float(pin.computeKineticEnergy(world.model, data, q, v)),
-        float(pin.computePotentialEnergy(world.model, data, q)),
-        sum(give_back(tip.law, deformation, Phi) for tip, deformation, Phi in tips),
+        float(pin.computeKineticEnergy(model, data, state.q, state.v)),
+        float(pin.computePotentialEnergy(model, data, state.q)),
+        sum(tip_energy(tip, contact) for tip, contact in zip(plant.fingertips, plant.contacts, strict=True)),
     )
