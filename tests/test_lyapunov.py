@@ -28,7 +28,7 @@ from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
 from softhand.recording import Recording
 from softhand.references import Step
-from softhand.scenario import load_scenario
+from softhand.scenario import load_scenario, with_law
 
 K_O = np.array([100.0] * 3 + [0.3] * 3)
 GAINS = Gains(K_O, np.full(9, 0.005), np.full(3, 1.5), True)
@@ -198,11 +198,14 @@ def lyapunov(recording) -> Lyapunov:
     return evaluate_run(recording)
 
 
-def test_recorded_states_are_those_of_the_run(recording):
+@pytest.mark.parametrize("law", ["nakashima", "conservative"])
+def test_recorded_states_are_those_of_the_run(law):
     """A plant put at a recorded state sees what was recorded: forces, internal forces, coordinates."""
-    probe = Probe.of_scenario(load_scenario("target-a"))
+    scenario = load_scenario("target-a", {"duration": 0.25, "reference.duration": 0.25})
+    scenario = scenario if law == "nakashima" else with_law(scenario, law)
+    recording, probe = simulate(scenario), Probe.of_scenario(scenario)
     for sample in (0, 120, 250):
-        seen = probe.at(recorded_state(probe.plant.world, recording, sample), recording.time[sample])
+        seen = probe.at(recorded_state(probe.plant, recording, sample), recording.time[sample])
         assert seen.contact_force == pytest.approx(recording.contact_force[sample], abs=1e-9)
         assert seen.internal_force == pytest.approx(recording.internal_force[sample], abs=1e-9)
         assert seen.eta == pytest.approx(recording.contact_coordinates[sample], abs=1e-9)

@@ -14,6 +14,7 @@ from softhand.analysis.performance import errors, measure
 from softhand.assembly import read_law
 from softhand.contact.records import CONTACT
 from softhand.dampings.fung import Fung
+from softhand.laws.conservative import Conservative
 from softhand.model.faces import Face
 from softhand.plant import Fingertip
 from softhand.plugins import SHIPPED, find_plugin
@@ -153,9 +154,12 @@ def ring(law: Law, step: float) -> Any:
     return simulation.run(), simulation.plant
 
 
-def test_springs_lose_nothing() -> None:
+@pytest.mark.parametrize(
+    "law", [Springs(radius=0.010, k=2500.0), Conservative(radius=0.010, k_r=2e5)], ids=("polar", "surface")
+)
+def test_springs_lose_nothing(law: Law) -> None:
     """What the joints put in is kinetic, in the height and in the tips, to a millionth of what is exchanged."""
-    run, plant = ring(Springs(radius=0.010, k=2500.0), 1e-4)
+    run, plant = ring(law, 1e-4)
     found = balance(run, plant)
     exchanged = abs(found.kinetic) + abs(found.gravity) + abs(found.elastic)
     assert exchanged > 1e-3 and abs(found.elastic) > 1e-4 and found.kinetic > 1e-5

@@ -77,7 +77,7 @@ def tip_energy(tip: Fingertip, contact: np.void) -> float:
 
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float]:
     """Kinetic, gravitational and elastic energy at one sample [J]."""
-    model, state = plant.world.model, recorded_state(plant.world, recording, sample)
+    model, state = plant.world.model, recorded_state(plant, recording, sample)
     data = model.createData()
     plant.update(state.q, state.v, state.z)
     return (

@@ -215,7 +215,7 @@ def evaluate_run(recording: Recording, progress: Callable[[float], None] | None 
     gains = read_gains(scenario, world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []
     for k, time in enumerate(recording.time):
-        parts.append(evaluate(probe, probe.at(recorded_state(world, recording, k), float(time)), gains))
+        parts.append(evaluate(probe, probe.at(recorded_state(probe.plant, recording, k), float(time)), gains))
         if progress is not None and k % 20 == 0:
             progress(float(k))
     return _along(recording, gains, parts)
