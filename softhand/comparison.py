@@ -40,9 +40,13 @@ LINE_OF_WORK = (
     "object-impedance",
     "computed-torque",
     "point-contact",
-    "blind",
 )
-"""Controllers that are compared where none are named."""
+"""Controllers that are compared where nothing is named, before those for that number of fingers."""
+
+FOR_TWO, FOR_MORE = ("opposing", "angle-feedback", "two-phase"), ("blind",)
+
+LAWS = ("nakashima", "conservative", "radial", "parallel-distributed", "planar")
+"""Laws for tips as soft as the paper's; under the scenario's controller where nothing is named."""
 
 COLUMNS = (
     "settled\n[s]", "over\n[%]", "place\n[mm]", "turn\n[deg]", "force\n[N]", "slip\n[-]", "effort\n[N m]", "lost\n[mJ]",
@@ -105,13 +109,14 @@ def compare(
     progress: Callable[[float], None] | None = None,
     jobs: int = 1,
 ) -> list[Row]:
-    """Run every law with every controller.
+    """Run every law with every controller; where nothing is named, the line of work that the paper stands in.
 
     Args:
         scenario: the task, by name, path or as `load_scenario` gives it. Its own law and controller keep their
             settings; another law takes those of the same name along, another controller has its defaults.
         laws: names; that of the scenario if None.
-        controllers: names; if None, that of the scenario where laws are given, else `LINE_OF_WORK`.
+        controllers: names; that of the scenario if None. Without laws too, `LINE_OF_WORK` under the scenario's law and
+            then the other `LAWS` under its controller.
         progress: called now and then with the number of runs done.
         jobs: processes to run in; a script then needs `if __name__ == "__main__":` around the call.
 
@@ -123,12 +128,7 @@ def compare(
         SimulationStopped: interrupted by Ctrl-C.
     """
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-    own = task.controller.name
-    controllers = controllers or ([own] if laws else LINE_OF_WORK)
-    cases = [
-        (law, controller, _chosen(task, law, controller))
-        for law, controller in product(laws or [task.fingertip.law], controllers)
-    ]
+    cases = [(law, controller, _chosen(task, law, controller)) for law, controller in pairs(task, laws, controllers)]
     tell = progress or (lambda done: None)
     rows = []
     for done, row in enumerate(_run_all(cases, tell, jobs), start=1):
@@ -137,16 +137,38 @@ def compare(
     return rows
 
 
+def pairs(
+    task: Scenario, laws: Sequence[str] | None = None, controllers: Sequence[str] | None = None
+) -> list[tuple[str, str]]:
+    """Law and controller of each run of `compare`."""
+    law, controller = task.fingertip.law, task.controller.name
+    if laws or controllers:
+        return list(product(laws or [law], controllers or [controller]))
+    work = LINE_OF_WORK + (FOR_TWO if len(task.hand.tips) == 2 else FOR_MORE)
+    first = [(law, name) for name in dict.fromkeys([controller, *work])]
+    return first + [(other, controller) for other in LAWS if other != law]
+
+
 def draw(rows: Sequence[Row], title: str) -> Figure:
     """Errors and friction use of all runs against time."""
     return draw_line_up([_lined(row, label) for row, label in zip(rows, labels(rows), strict=True)], title)
 
 
 def labels(rows: Sequence[Row]) -> list[str]:
-    """What each row is called: law and controller, less what all rows share."""
-    many = [len({getattr(row, part) for row in rows}) > 1 for part in ("law", "controller")]
-    parts = [[text for text, differs in zip((row.law, row.controller), many, strict=True) if differs] for row in rows]
-    return [", ".join(part) or row.controller for part, row in zip(parts, rows, strict=True)]
+    """What each row is called: law and controller, less what it shares with all others or with the first."""
+    first, others = rows[0], rows[1:]
+    same_law, same_controller = ([getattr(row, part) == getattr(first, part) for row in others]
+                                 for part in ("law", "controller"))  # fmt: skip
+    if all(same_law):
+        return [row.controller for row in rows]
+    if all(same_controller):
+        return [row.law for row in rows]
+    star = all(a or b for a, b in zip(same_law, same_controller, strict=True))
+    return [
+        f"{row.law}, {row.controller}" if row is first or not star
+        else row.controller if row.law == first.law else row.law
+        for row in rows
+    ]  # fmt: skip
 
 
 def to_csv(rows: Sequence[Row]) -> str:

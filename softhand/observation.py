@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.model.configuration import cross_matrix
 from softhand.model.world import Tip
 from softhand.plant import Fingertip, Plant
 from softhand.references import Desired
@@ -140,12 +141,11 @@ class Observation:
         roll_rate, pitch_rate, yaw_rate = self.q_O_rate[3:]
         roll_axis, pitch_axis, yaw_axis = self.T_O[3:, 3:].T
         # acceleration of the body's own velocity where q_O'' = 0
-        tilting = pitch_rate * yaw_rate * np.cross(yaw_axis, pitch_axis)
-        tilting += roll_rate * np.cross(yaw_rate * yaw_axis + pitch_rate * pitch_axis, roll_axis)
-        bias = np.concatenate([-R.T @ np.cross(turning, velocity), R.T @ tilting])
-        return self._to_body.T @ (
-            self._snapshot.mass_matrix(self.configuration)[n:, n:] @ bias + self._velocity_terms()[n:]
-        )
+        tilting = pitch_rate * yaw_rate * cross_matrix(yaw_axis) @ pitch_axis
+        tilting += roll_rate * cross_matrix(yaw_rate * yaw_axis + pitch_rate * pitch_axis) @ roll_axis
+        bias = np.concatenate([-R.T @ cross_matrix(turning) @ velocity, R.T @ tilting])
+        M_body = self._snapshot.mass_matrix(self.configuration)[n:, n:]
+        return self._to_body.T @ (M_body @ bias + self._velocity_terms()[n:])
 
     def _velocity_terms(self) -> Array:
         R, twist = self.object_rotation, self.object_twist
@@ -155,7 +155,9 @@ class Observation:
     @property
     def _to_body(self) -> Array:
         """Velocity of the object in its own frame from q_O', shape (6, 6)."""
-        return np.kron(np.eye(2), self.object_rotation.T) @ self.T_O
+        to_body = np.zeros((6, 6))
+        to_body[:3, :3] = to_body[3:, 3:] = self.object_rotation.T
+        return to_body @ self.T_O
 
     @property
     def M_F(self) -> Array:
@@ -188,10 +190,7 @@ def carried(velocity: Array, spin: Array, arm: Array) -> Array:
         spin: Jacobians of the angular velocity, shape (nc, 3, n).
         arm: [m], shape (nc, 3).
     """
-    x, y, z = arm.T
-    zero = np.zeros_like(x)
-    across = np.array([[zero, z, -y], [-z, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
-    return velocity + across @ spin
+    return velocity - cross_matrix(arm) @ spin
 
 
 def _cut(J: Array, tips: tuple[Tip, ...], n: int) -> Array:

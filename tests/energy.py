@@ -24,9 +24,9 @@ from hands import (
     reference_task,
 )
 
+from softhand.analysis.energy import tip_energy
 from softhand.grasp import solve_grasp
 from softhand.laws.law import Law
-from softhand.laws.nakashima import Nakashima
 from softhand.plant import Plant, State
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
@@ -66,17 +66,6 @@ def task_with(law: Law, height: float = START_POSITION[2]) -> Task:
     position = (*START_POSITION[:2], height)
     grasp = solve_grasp(world, fingertips, CONTACT_POINTS, START_FORCE, position, np.eye(3), np.tile(FINGER_GUESS, 3))
     return Task(world, fingertips, grasp, CONTACT_POINTS, START_FORCE)
-
-
-def tip_energy(law: Law, contact: np.void) -> float:
-    """Energy of one tip [J]; for the paper's law, which has none, that of its four springs as if each were alone."""
-    deformation, Phi = contact["deformation"], contact["angles"][1]
-    if law.energy is not None:
-        bearing = np.arctan2(contact["lean"][1], contact["lean"][0])
-        return law.energy(*law.arguments(deformation, Phi, bearing))
-    assert isinstance(law, Nakashima)
-    return float(law([deformation[0], 0.0, 0.0, 0.0], Phi)[0] * deformation[0] / 3.0
-                 + 0.5 * law(deformation, Phi)[1:] @ deformation[1:])  # fmt: skip
 
 
 def ring(task: Task, stepper: Stepper, duration: float, speed: float = 0.5, every: float = 2e-3) -> Ringing:
@@ -123,7 +112,7 @@ def _sample(task: Task, plant: Plant, state: State, hold: Array, rest: Array) ->
     contacts = plant.contacts
     kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
     gravity = pin.computePotentialEnergy(model, data, state.q)
-    tips = sum(tip_energy(tip.law, contact) for tip, contact in zip(task.fingertips, contacts, strict=True))
+    tips = sum(tip_energy(tip, contact) for tip, contact in zip(task.fingertips, contacts, strict=True))
     away = state.q[: len(rest)] - rest
     springs = 0.5 * SPRING * float(away @ away) - float(hold @ away)
     force = np.einsum("irk,ik->ir", contacts["rotation"], contacts["force"][:, :3])

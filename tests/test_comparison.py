@@ -15,7 +15,7 @@ import pytest
 
 from softhand import ScenarioError, SimulationStopped, compare, load_scenario, simulate, summarize
 from softhand import comparison as module
-from softhand.comparison import COLUMNS, LINE_OF_WORK, Row, draw, labels, split_choices, to_csv
+from softhand.comparison import COLUMNS, LAWS, LINE_OF_WORK, Row, draw, labels, pairs, split_choices, to_csv
 from softhand.plugins import SHIPPED
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
@@ -63,15 +63,29 @@ def test_another_law_takes_along_what_it_shares(monkeypatch: pytest.MonkeyPatch)
         compare(task, ["springs"])
 
 
+@pytest.mark.parametrize(("name", "own", "last"), [("target-a", "blind", "planar"), ("pinch", "two-phase", "planar")])
+def test_what_is_compared_by_default(name: str, own: str, last: str) -> None:
+    """Alone the line of work for that number of fingers, then other laws; every run goes through."""
+    rows = compare(load_scenario(name, {"duration": 0.02}))
+    assert labels(rows)[0] == "nakashima, regulation" and labels(rows)[1] == LINE_OF_WORK[1]
+    assert own in labels(rows) and labels(rows)[-4:] == list(LAWS[1:]) and LAWS[-1] == last
+    assert [row.outcome for row in rows] == [""] * len(rows)
+    assert {row.controller for row in rows if row.law != "nakashima"} == {"regulation"}
+
+
 @pytest.mark.parametrize(
     ("asked", "expected"),
-    [({}, list(LINE_OF_WORK)), ({"laws": ["nakashima"]}, ["regulation"]), ({"controllers": ["blind"]}, ["blind"])],
+    [({"laws": ["radial"]}, [("radial", "regulation")]), ({"controllers": ["blind"]}, [("nakashima", "blind")])],
 )
-def test_what_is_compared_by_default(asked: dict, expected: list[str]) -> None:
-    """Alone the line of work; with laws only, the scenario's controller."""
-    rows = compare(load_scenario("target-a", {"duration": 0.002}), **asked)
-    assert [row.controller for row in rows] == expected
-    assert all(row.outcome == "" for row in rows)
+def test_what_is_not_named_is_that_of_the_scenario(asked: dict, expected: list[tuple[str, str]]) -> None:
+    """With laws only, the scenario's controller; with controllers only, its law."""
+    assert pairs(load_scenario("target-a"), **asked) == expected
+
+
+def test_a_law_that_is_a_spring_loses_nothing() -> None:
+    """The energy of a run closes for laws in surface coordinates, whose displacements are recorded as angles."""
+    rows = compare(load_scenario("target-a", {"stepper.step": 5e-4}), ["conservative", "radial"])
+    assert [abs(row.energy_lost) < 1e-5 for row in rows] == [True, True]
 
 
 def test_a_run_that_stops_has_reason_and_time_in_place_of_numbers() -> None:
@@ -170,5 +184,10 @@ def test_the_command_is_silent_and_names_mistakes(tmp_path: Path) -> None:
     quiet = run("pinch", "--law", "nakashima", "--duration", "0.002", "--quiet", folder=tmp_path)
     assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
     assert (tmp_path / "runs/compare-pinch/comparison.png").is_file()
+    none = run("--controller", "opposing", "--duration", "0.002", folder=tmp_path)
+    assert none.returncode == 1 and "needs 2 fingers" in none.stdout
+    (tmp_path / "file").touch()
+    before = run("--out", "file/below", folder=tmp_path)
+    assert before.returncode == 1 and "choose another with --out" in before.stderr
     wrong = run("--law", "nakashina", folder=tmp_path)
     assert wrong.returncode == 1 and "Did you mean" in wrong.stderr and "Traceback" not in wrong.stderr

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from softhand import Recording, build, load_scenario
-from softhand.analysis.energy import Ledger, energy_ledger, is_spring, stored
+from softhand.analysis.energy import Ledger, energy_ledger, is_spring
 from softhand.laws.conservative import Conservative
 from softhand.laws.parallel_distributed import ParallelDistributed
 from softhand.laws.radial import Radial
@@ -68,13 +68,6 @@ def test_the_residual_of_the_papers_law_is_named_what_it_is() -> None:
     recording, plant = run(1e-3, {}, 0.05, law=None)
     found = energy_ledger(recording, plant)
     assert not found.is_spring and found.residual_name == "lost by a law that is no spring"
-
-
-def test_stored_is_the_energy_of_the_law() -> None:
-    """And the straight line gives the same, as the force is its slope."""
-    law, d = Conservative(radius=0.010), np.array([0.002, 1e-3, -5e-4, 0.2])
-    arguments = law.arguments(d, 1.0)
-    assert stored(law, d, 1.0) == Conservative.energy(*arguments)
 
 
 def test_a_law_whose_energy_depends_on_the_lean_is_no_spring() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from typing import ClassVar
 
@@ -16,6 +17,8 @@ from softhand.analysis.lyapunov import Gains, Lyapunov, evaluate, evaluate_run, 
 from softhand.analysis.probe import Probe, recorded_state
 from softhand.assembly import build, simulate
 from softhand.contact.kinematics import deformation_jacobian
+from softhand.dampings.hunt_crossley import HuntCrossley
+from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import LawError, RecordingError, SofthandError
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
@@ -25,7 +28,7 @@ from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
 from softhand.recording import Recording
 from softhand.references import Step
-from softhand.scenario import load_scenario
+from softhand.scenario import load_scenario, with_law
 
 K_O = np.array([100.0] * 3 + [0.3] * 3)
 GAINS = Gains(K_O, np.full(9, 0.005), np.full(3, 1.5), True)
@@ -156,6 +159,22 @@ def test_the_rate_of_V_is_the_sum_of_its_terms(reference, rng):
     assert abs(desired) > 1e-2 * abs(rate) and abs(found.contact_rate) > 1e-5 * abs(rate)
 
 
+@pytest.mark.parametrize("damping", [KelvinVoigt(radial=30.0, tangential=20.0, torsional=2e-3), HuntCrossley()])
+def test_damped_tips_have_their_term(reference, rng, damping):
+    """What the tips' damping takes is one more term of V'; without it the others do not add up."""
+    tips = tuple(replace(tip, damping=damping) for tip in reference.fingertips)
+    task = replace(reference, fingertips=tips)
+    state, probe = moving(task, rng), probe_of(task, away=1.0)
+    rate = along_flow(probe, state, lambda seen: evaluate(probe, seen, GAINS).value)
+    f_d_rate = along_flow(probe, state, lambda seen: evaluate(probe, seen, GAINS).desired_force)
+    seen = probe.at(state, 0.0)
+    found = evaluate(probe, seen, GAINS)
+    desired = -np.sum(f_d_rate * (seen.deformation[:, :3] - found.desired_deformation))
+    expected = found.dissipation + desired + found.contact_rate + found.damping
+    assert rate == pytest.approx(expected, rel=1e-4)
+    assert found.damping < -1e-2 * abs(rate)
+
+
 def test_V_is_not_defined_where_the_tips_would_have_to_pull(reference):
     """No deformation answers to a pulling f_d: P is NaN there, not a number."""
     state, probe = reference.grasp.state, probe_of(reference, away=1.0)
@@ -179,11 +198,14 @@ def lyapunov(recording) -> Lyapunov:
     return evaluate_run(recording)
 
 
-def test_recorded_states_are_those_of_the_run(recording):
+@pytest.mark.parametrize("law", ["nakashima", "conservative"])
+def test_recorded_states_are_those_of_the_run(law):
     """A plant put at a recorded state sees what was recorded: forces, internal forces, coordinates."""
-    probe = Probe.of_scenario(load_scenario("target-a"))
+    scenario = load_scenario("target-a", {"duration": 0.25, "reference.duration": 0.25})
+    scenario = scenario if law == "nakashima" else with_law(scenario, law)
+    recording, probe = simulate(scenario), Probe.of_scenario(scenario)
     for sample in (0, 120, 250):
-        seen = probe.at(recorded_state(probe.plant.world, recording, sample), recording.time[sample])
+        seen = probe.at(recorded_state(probe.plant, recording, sample), recording.time[sample])
         assert seen.contact_force == pytest.approx(recording.contact_force[sample], abs=1e-9)
         assert seen.internal_force == pytest.approx(recording.internal_force[sample], abs=1e-9)
         assert seen.eta == pytest.approx(recording.contact_coordinates[sample], abs=1e-9)
@@ -213,6 +235,18 @@ def test_the_figure_is_drawn(recording, lyapunov, tmp_path):
     assert figure.axes[1].lines[0].get_ydata() == pytest.approx(1e3 * lyapunov.rate)
     assert len(figure.axes) == 5
     save_figure(figure, tmp_path / "figure.png")
+
+
+def test_damped_runs_are_evaluated_with_their_damping_and_relaxing_ones_refused():
+    """The plant of a recording has the damping of the run; what a relaxation remembers is not recorded."""
+    changes = {"duration": 0.1, "reference.duration": 0.1, "fingertip.damping.name": "kelvin-voigt"}
+    found = evaluate_run(simulate(load_scenario("target-a", changes)))
+    size = np.sqrt(np.mean(found.rate**2))
+    assert np.sqrt(np.mean(found.remainder[2:-2] ** 2)) < 5e-3 * size
+    assert np.max(found.damping) <= 0.0 and np.min(found.damping) < -1e-3 * size
+    changes["fingertip.damping.name"] = "fung"
+    with pytest.raises(LawError, match="relaxing damping"):
+        evaluate_run(simulate(load_scenario("target-a", changes)))
 
 
 def test_other_runs_are_refused(recording):
@@ -312,6 +346,19 @@ def test_growth_is_that_of_the_simulation(factor, begin, end):
     early, late = (speed[round(1e3 * time) : round(1e3 * time) + 150].max() for time in (begin, end))
     growth = linearise(scenario).held_growth([K_O], 1e-3)[0]
     assert np.log(late / early) / (end - begin) == pytest.approx(growth, rel=0.05) and growth > 1.0
+
+
+def test_a_relaxing_tip_is_between_its_two_springs():
+    """One that relaxes at once is a tip with c_0 times the coefficients; one that takes its time damps."""
+    quick = {"name": "fung", "shares": (0.3,), "rates": (1e7,)}
+    relaxing = linearise(load_scenario("target-a", {"fingertip.damping": quick}))
+    soft = {f"fingertip.{name}": 0.7 * value for name, value in dict(make_law()).items() if name != "radius"}
+    elastic = linearise(load_scenario("target-a", soft))
+    assert len(relaxing.A) == len(elastic.A) + 12
+    assert relaxing.use == pytest.approx(elastic.use, rel=1e-5)
+    assert relaxing.growth(6.0 * K_O) == pytest.approx(elastic.growth(6.0 * K_O), rel=1e-3)
+    slow = load_scenario("target-a", {"fingertip.damping": {**quick, "rates": (20.0,)}})
+    assert linearise(slow).growth(K_O) < elastic.growth(K_O) - 0.1
 
 
 def test_a_scan_is_the_loop_at_each_stiffness(tmp_path):

@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 
 from softhand import Controller, Law, Recording, build, load_scenario
-from softhand.analysis.energy import energy_ledger, give_back
+from softhand.analysis.energy import energy_ledger, tip_energy
 from softhand.analysis.performance import errors, measure
 from softhand.assembly import read_law
+from softhand.contact.records import CONTACT
+from softhand.dampings.fung import Fung
+from softhand.laws.conservative import Conservative
+from softhand.model.faces import Face
+from softhand.plant import Fingertip
+from softhand.plugins import SHIPPED, find_plugin
 
 TIME = np.arange(2001) * 1e-3
 WAY = np.array([30.0, 0.0, 40.0])  # [mm], 50 long
@@ -148,9 +154,12 @@ def ring(law: Law, step: float) -> Any:
     return simulation.run(), simulation.plant
 
 
-def test_springs_lose_nothing() -> None:
+@pytest.mark.parametrize(
+    "law", [Springs(radius=0.010, k=2500.0), Conservative(radius=0.010, k_r=2e5)], ids=("polar", "surface")
+)
+def test_springs_lose_nothing(law: Law) -> None:
     """What the joints put in is kinetic, in the height and in the tips, to a millionth of what is exchanged."""
-    run, plant = ring(Springs(radius=0.010, k=2500.0), 1e-4)
+    run, plant = ring(law, 1e-4)
     found = energy_ledger(run, plant)
     exchanged = abs(found.kinetic[-1]) + abs(found.gravity[-1]) + abs(found.elastic[-1])
     assert exchanged > 1e-3 and abs(found.elastic[-1]) > 1e-4 and found.kinetic[-1] > 1e-5
@@ -175,8 +184,33 @@ def test_the_law_of_the_paper_is_no_spring() -> None:
     assert coarse.lost == pytest.approx(fine.lost, rel=1e-2)
 
 
-def test_give_back_is_the_energy_of_a_spring() -> None:
-    """100 k dr^3 / 3 + k r^2 (dtheta^2 + dphi^2 + dpsi^2 / 100) / 2."""
+def contact_with(deformation: Any, Phi: float, bearing: float) -> np.void:
+    """A contact as the kernel leaves it, as far as an energy reads it."""
+    contact = np.zeros(1, CONTACT)[0]
+    contact["deformation"], contact["angles"] = deformation, (0.0, Phi)
+    contact["lean"] = np.cos(Phi) * np.array([np.cos(bearing), np.sin(bearing)])
+    return contact
+
+
+def test_energy_of_a_tip_is_that_of_its_spring() -> None:
+    """100 k dr^3 / 3 + k r^2 (dtheta^2 + dphi^2 + dpsi^2 / 100) / 2; a share of it where the tip relaxes."""
     law, d = Springs(radius=0.010, k=2500.0), np.array([0.002, 0.1, -0.2, 0.3])
     expected = 100.0 * 2500.0 * 0.002**3 / 3.0 + 0.5 * 0.25 * (0.01 + 0.04 + 0.01 * 0.09)
-    assert give_back(law, d, 1.0) == pytest.approx(expected, rel=1e-12)
+    face = Face(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 0.0)
+    contact = contact_with(d, 1.0, 0.3)
+    assert tip_energy(Fingertip(law, 0.5, face), contact) == pytest.approx(expected, rel=1e-12)
+    relaxing = Fung(shares=(0.2, 0.1), rates=(50.0, 5.0))
+    assert tip_energy(Fingertip(law, 0.5, face, relaxing), contact) == pytest.approx(0.7 * expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in SHIPPED["laws"] if find_plugin("laws", name, "").energy])
+def test_an_energy_is_what_the_tip_gives_back(name: str) -> None:
+    """For each law with an energy the work on a straight line is that energy, whichever way the tip leans."""
+    law = find_plugin("laws", name, "")(radius=0.010)
+    face = Face(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 0.0)
+    contact = contact_with([0.002, 4e-4, -3e-4, 0.2], 1.1, 0.3)
+    stored = tip_energy(Fingertip(law, 0.5, face), contact)
+    d = contact["deformation"]
+    share, step = np.linspace(0.0, 1.0, 20001), 1.0 / 20000
+    power = [law(s * d, 1.1, 0.3) @ d for s in share]
+    assert stored == pytest.approx(step * (np.sum(power) - 0.5 * (power[0] + power[-1])), rel=1e-6)

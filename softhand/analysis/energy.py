@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softhand.analysis.probe import recorded_scenario, recorded_state
 from softhand.assembly import read_fingertips, read_law, read_world
 from softhand.laws.law import Law
-from softhand.plant import Plant, State
+from softhand.plant import Fingertip, Plant, State
 from softhand.recording import Recording
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ class Ledger:
         work: of the joint torques [J].
         kinetic: change of the kinetic energy [J].
         gravity: change of the potential energy of the weights [J].
-        elastic: change of what the tips hold, see `stored` [J].
+        elastic: change of what the tips would give back, see `tip_energy` [J].
         damping: taken by the material of the tips, viscosity and relaxation [J].
         slip: work of friction [J].
         is_spring: whether all laws are springs, see `is_spring`.
@@ -135,41 +135,32 @@ def energy_ledger(
     )
 
 
-def stored(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.pi) -> float:
-    """What a tip holds [J]: `Law.energy` where the law has one, else what it gives back, see `give_back`.
-
-    Args:
-        law: of the tip.
-        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad], shape (4,).
-        Phi: of the deformed tip [rad].
-        bearing: of the tip's axis in the face [rad], as `Law.arguments`.
-    """
-    if law.energy is not None:
-        return float(law.energy(*law.arguments(deformation, Phi, bearing)))
-    return give_back(law, deformation, Phi, bearing)
-
-
 def is_spring(law: Law) -> bool:
     """Whether the law has an energy, of the deformation alone: one that depends on the lean changes as a tip rolls."""
     if law.energy is None:
         return False
     deformation = np.array([0.1 * law.radius, 0.02 * law.radius, 0.03 * law.radius, 0.1])
-    return stored(law, deformation, 1.0, 0.5) == stored(law, deformation, 1.3, 1.5)
+    here, there = (law.energy(*law.arguments(deformation, *place)) for place in ((1.0, 0.5), (1.3, 1.5)))
+    return bool(here == there)
 
 
-def give_back(law: Law, deformation: Array, Phi: float, bearing: float = 0.5 * np.pi) -> float:
-    """Work of a tip that is let go along a straight line, at fixed Phi [J]: the integral of dF(s delta) . delta ds.
+def tip_energy(tip: Fingertip, contact: np.void) -> float:
+    """What a tip gives back when it is let go slowly [J].
 
-    The elastic energy of a law that is a spring. The paper's law is none; there it depends on the way, and the straight
-    line is a convention.
+    The energy of its law, where it has one. Else the work along a straight line at fixed Phi and lean, the integral of
+    dF(s delta) . delta over s from 0 to 1: for a law that is no spring, such as the paper's, it depends on the way, and
+    the straight line is a convention. Of a tip that relaxes the share c_0 of that.
 
-    The arguments are those of `stored`.
+    Args:
+        tip: law and damping.
+        contact: row of `records.CONTACT`: its deformation, angles and lean.
     """
-    shares = 0.5 * (_NODES + 1.0)
-    return 0.5 * sum(
-        float(weight * (law(share * deformation, Phi, bearing) @ deformation))
-        for share, weight in zip(shares, _WEIGHTS, strict=True)
-    )
+    law, deformation, Phi = tip.law, contact["deformation"], float(contact["angles"][1])
+    bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
+    if law.energy is not None:
+        return tip.damping.relaxed() * float(law.energy(*law.arguments(deformation, Phi, bearing)))
+    work = [law(share * deformation, Phi, bearing) @ deformation for share in 0.5 * (_NODES + 1.0)]
+    return tip.damping.relaxed() * 0.5 * float(_WEIGHTS @ work)
 
 
 def _recorded_plant(recording: Recording) -> Plant:
@@ -185,12 +176,8 @@ def _summed(parts: Array) -> Array:
 
 def _put(recording: Recording, plant: Plant, sample: int) -> State:
     """Bring the plant to one sample."""
-    known = recorded_state(plant.world, recording, sample)
-    z = np.zeros((plant.world.n_tips, plant.n_memory))
-    z[:, :3] = known.z
-    surface = np.flatnonzero(plant.pads["is_surface"])
-    z[surface, :2] *= plant.pads["radius"][surface, None] - recording.deformation[sample, surface, :1]
-    plant.update(known.q, known.v, z)
+    known = recorded_state(plant, recording, sample)
+    plant.update(known.q, known.v, known.z)
     return known
 
 
@@ -199,10 +186,7 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
     state = _put(recording, plant, sample)
     model = plant.world.model
     data = model.createData()
-    elastic = 0.0
-    for tip, contact in zip(plant.fingertips, plant.contacts, strict=True):
-        bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
-        elastic += stored(tip.law, contact["deformation"], float(contact["angles"][1]), bearing)
+    elastic = sum(tip_energy(tip, contact) for tip, contact in zip(plant.fingertips, plant.contacts, strict=True))
     kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
     return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic
 

@@ -132,7 +132,7 @@ def examine_run(
     found = []
     for k in samples:
         time = float(recording.time[k])
-        found.append(examine(probe, probe.at(recorded_state(world, recording, k), time), gains.K_O))
+        found.append(examine(probe, probe.at(recorded_state(probe.plant, recording, k), time), gains.K_O))
         if progress is not None:
             progress(float(k))
     return InvariantSeries(

@@ -1,8 +1,8 @@
 """The closed loop of (59) near a grasp at rest, as a linear system: where the gain K_O loses the object.
 
-Perturbations of the joints, the object and their velocities; the memory of the contacts follows them by rolling. The
-plant is linear in them and in the torques, (59) is linear in them and affine in K_O, so one set of differences serves
-all gains.
+Perturbations of the joints, the object and their velocities, and of what a relaxing damping remembers; the memory of
+the contacts follows them by rolling. The plant is linear in them and in the torques, (59) is linear in them and affine
+in K_O, so one set of differences serves all gains.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from scipy.linalg import expm
 from softhand.analysis.lyapunov import read_gains, regulation
 from softhand.analysis.probe import Probe
 from softhand.assembly import read_grasp, read_law, read_world
+from softhand.contact.damping import relaxation_rate
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.plant import Plant, State
@@ -31,13 +32,13 @@ _STEP = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """A linear closed loop; x is the displacement of joints and object and its rate, shape (2 nv,).
+    """A linear closed loop; x is the displacement of joints and object, its rate, and the memory of a relaxing damping.
 
     Attributes:
-        A: x' = A x + B u without feedback, shape (2 nv, 2 nv).
-        B: shape (2 nv, n).
-        feedback: u = feedback x with K_O = 0, shape (n, 2 nv).
-        pose_feedback: what one unit of each gain of K_O adds to the feedback, shape (6, n, 2 nv).
+        A: x' = A x + B u without feedback, shape (s, s), s = 2 nv + 4 relaxations at each contact.
+        B: shape (s, n).
+        feedback: u = feedback x with K_O = 0, shape (n, s).
+        pose_feedback: what one unit of each gain of K_O adds to the feedback, shape (6, n, s).
         use: largest eigenvalue of K_c^-1 K_O at the gains of the scenario; see `InvariantSet`.
     """
 
@@ -92,39 +93,42 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     holding = regulation(seen, free, gains.compensated)[1]
 
     def respond(x: Array) -> Array:
-        """Accelerations under the holding torques, torques of (59) with K_O = 0, q_O, and N_O - F_O."""
+        """Accelerations under the holding torques, rates of the memory, (59) with K_O = 0, q_O, N_O - F_O."""
         state = _moved(probe, grasp.state, x)
         probe.plant.update(state.q, state.v, state.z)
         acceleration = probe.plant.acceleration(holding, np.zeros(nv))
+        relaxation_rate(probe.plant.pads, probe.plant.contacts, state.z, forgetting)
         seen = probe.at(state, 0.0)
-        return np.concatenate([acceleration, regulation(seen, free, gains.compensated)[1], seen.q_O,
-                               seen.N_O - seen.J_O.T @ seen.contact_force.ravel()])  # fmt: skip
+        return np.concatenate([acceleration, forgetting[:, 3:].ravel(), regulation(seen, free, gains.compensated)[1],
+                               seen.q_O, seen.N_O - seen.J_O.T @ seen.contact_force.ravel()])  # fmt: skip
 
+    forgetting = np.zeros_like(grasp.state.z)
+    states = 2 * nv + forgetting[:, 3:].size
     slope = np.column_stack([
-        (respond(move) - respond(-move)) / (2.0 * _STEP) for move in _STEP * np.eye(2 * nv)
+        (respond(move) - respond(-move)) / (2.0 * _STEP) for move in _STEP * np.eye(states)
     ])  # fmt: skip
-    A, B = np.zeros((2 * nv, 2 * nv)), np.zeros((2 * nv, n))
-    A[:nv, nv:], A[nv:] = np.eye(nv), slope[:nv]
+    rates, torques, by_pose, excess = np.split(slope, np.cumsum([states - nv, n, 6]))
+    A, B = np.zeros((states, states)), np.zeros((states, n))
+    A[:nv, nv : 2 * nv], A[nv:] = np.eye(nv), rates
     seen = probe.at(grasp.state, 0.0)
     mass = probe.plant.snapshot.mass_matrix(grasp.state.q)
-    B[nv:] = np.linalg.inv(mass)[:, :n]
+    B[nv : 2 * nv] = np.linalg.inv(mass)[:, :n]
     pulls = seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T, rcond=1e-6)
-    by_pose = slope[nv + n : nv + n + 6]
     pose_feedback = -np.einsum("ik,kj->kij", pulls, by_pose)
-    # the object moved, the fingers held: K_c + dN_O/dq_O of the invariant set, for any law
-    stiffness = np.linalg.solve(by_pose[:, n:nv].T, slope[nv + n + 6 :, n:nv].T).T
+    # the object moved, the fingers held, all relaxed: K_c + dN_O/dq_O of the invariant set, for any law
+    relaxed = excess[:, n:nv] - excess[:, 2 * nv :] @ np.linalg.solve(rates[nv:, 2 * nv :], rates[nv:, n:nv])
+    stiffness = np.linalg.solve(by_pose[:, n:nv].T, relaxed.T).T
     use = float(np.linalg.eigvals(np.linalg.solve(stiffness, np.diag(gains.K_O))).real.max())
-    return Loop(A, B, slope[nv : nv + n], pose_feedback, use)
+    return Loop(A, B, torques, pose_feedback, use)
 
 
 def _moved(probe: Probe, start: State, x: Array) -> State:
-    """A state beside another one: the object and the joints moved along x, the memory of the contacts by rolling."""
-    nv = len(start.v)
+    """A state beside another one, moved along x; the contacts follow by rolling."""
+    nv, z = len(start.v), start.z.copy()
     probe.at(State(start.q, x[:nv], start.z), 0.0)
-    rolled = np.array(
-        probe.plant.contacts["deformation_rate"][:, 1:]
-    )  # the rate of the memory is linear in the velocity
-    return State(pin.integrate(probe.plant.world.model, start.q, x[:nv]), start.v + x[nv:], start.z + rolled)
+    z[:, :3] += probe.plant.contacts["deformation_rate"][:, 1:]  # linear in the velocity
+    z[:, 3:] += x[2 * nv :].reshape(len(z), -1)
+    return State(pin.integrate(probe.plant.world.model, start.q, x[:nv]), start.v + x[nv : 2 * nv], z)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,11 +2,12 @@
 
 The proof of [Nakashima] Theorem 1 concludes V' = - q_F'^T K_v q_F' (70). Its (67) takes the desired deformation forces
 f_d of (63) and the contact angles as constant while it differentiates P. With those terms, and with a reference that
-moves and torques that are held, limited or not compensated,
+moves, tips that are damped, and torques that are held, limited or not compensated,
 
     V' = - q_F'^T K_v q_F'                       dissipation, (70)
          - f_d'^T (delta - delta_d)              f_d moves with q_O, f_N, tau_C and the contact angles
          + d/d(phi, dpsi) of P times their rate  the deformation force depends on phi, and Fpsi on dr
+         - (J_delta^T C_F - dF)^T delta'         the tips are damped: C_F is more than the law's dF
          - q_Od'^T K_O (q_O - q_Od)              the reference moves
          + q_F'^T (applied torque - (59))        the torque is held, limited, or lacks the compensation
 """
@@ -42,6 +43,7 @@ _ROUNDING = 1e-9  # of the largest V
 TERMS = {
     "desired": "the motion of f_d",
     "contact": "phi and dpsi in P",
+    "damping": "the damping of the tips",
     "reference": "the motion of the reference",
     "actuation": "held, limited or uncompensated torques",
 }
@@ -71,6 +73,7 @@ class Storage:
         desired_deformation: delta_d, dr [m], dtheta, dphi [rad], shape (nc, 3).
         dissipation: - q_F'^T K_v q_F' [W].
         contact_rate: rate of P by the change of phi and dpsi [W].
+        damping: - (J_delta^T C_F - dF)^T delta', rows of dr, dtheta, dphi: (59) makes up for the torsion [W].
         torque: (59) with compensation [N m], shape (n,).
     """
 
@@ -82,6 +85,7 @@ class Storage:
     desired_deformation: Array
     dissipation: float
     contact_rate: float
+    damping: float
     torque: Array
 
     @property
@@ -101,6 +105,7 @@ class Lyapunov:
         dissipation: - q_F'^T K_v q_F', what (70) says V' is [W].
         desired: - f_d'^T (delta - delta_d), by differences of f_d [W].
         contact: rate of P by the change of phi and dpsi [W].
+        damping: - (J_delta^T C_F - dF)^T delta' [W].
         reference: - q_Od'^T K_O (q_O - q_Od) [W].
         actuation: q_F'^T (applied torque - (59)), mean of the torques before and after a sample [W].
     """
@@ -113,6 +118,7 @@ class Lyapunov:
     dissipation: Array
     desired: Array
     contact: Array
+    damping: Array
     reference: Array
     actuation: Array
 
@@ -124,7 +130,7 @@ class Lyapunov:
     @property
     def remainder(self) -> Array:
         """What the terms do not explain: the error of the differences [W]."""
-        return self.rate - self.dissipation - self.desired - self.contact - self.reference - self.actuation
+        return self.rate - self.dissipation - sum(getattr(self, name) for name in TERMS)
 
     @property
     def rises(self) -> NDArray[np.bool_]:
@@ -209,7 +215,7 @@ def evaluate_run(recording: Recording, progress: Callable[[float], None] | None 
     gains = read_gains(scenario, world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []
     for k, time in enumerate(recording.time):
-        parts.append(evaluate(probe, probe.at(recorded_state(world, recording, k), float(time)), gains))
+        parts.append(evaluate(probe, probe.at(recorded_state(probe.plant, recording, k), float(time)), gains))
         if progress is not None and k % 20 == 0:
             progress(float(k))
     return _along(recording, gains, parts)
@@ -234,6 +240,7 @@ def _along(recording: Recording, gains: Gains, parts: list[Storage]) -> Lyapunov
         dissipation=np.array([part.dissipation for part in parts]),
         desired=-np.einsum("kir,kir->k", np.gradient(f_d, time, axis=0), gap),
         contact=np.array([part.contact_rate for part in parts]),
+        damping=np.array([part.damping for part in parts]),
         reference=-np.einsum("kr,r,kr->k", np.gradient(q_Od, time, axis=0), gains.K_O, q_O - q_Od),
         actuation=np.einsum("kr,kr->k", recording.joint_velocity, excess),
     )
@@ -254,7 +261,10 @@ def evaluate(probe: Probe, seen: Observation, gains: Gains) -> Storage:
     q_F, error = seen.joint_velocity, seen.q_O - seen.desired.coordinates
     twist = np.linalg.solve(seen.T_O, seen.object_twist)
     f, torque = regulation(seen, gains)
-    f_d = _desired_forces(seen, f.reshape(-1, 3), [law.radius for law in probe.laws])
+    J_delta = _deformation_jacobians(seen, [law.radius for law in probe.laws])
+    # f_d = J_delta^fT f + J_delta^tauT tau_C of (63)
+    f_d = np.einsum("iab,ia->ib", J_delta, np.column_stack([f.reshape(-1, 3), seen.tau_C]))[:, :3]
+    damped = np.einsum("iab,ia->ib", J_delta, seen.contact_force) - probe.plant.contacts["deformation_force"]
     delta_d = np.empty_like(f_d)
     deformation, contact_rate = 0.0, 0.0
     for i, law in enumerate(probe.laws):
@@ -273,6 +283,7 @@ def evaluate(probe: Probe, seen: Observation, gains: Gains) -> Storage:
         desired_deformation=delta_d,
         dissipation=-float(gains.K_v @ q_F**2),
         contact_rate=contact_rate,
+        damping=-float(np.sum(damped[:, :3] * seen.deformation_rate[:, :3])),
         torque=torque,
     )
 
@@ -286,14 +297,13 @@ def regulation(seen: Observation, gains: Gains, compensated: bool = True) -> tup
     return f, seen.J_CF_f.T @ f - gains.K_v * seen.joint_velocity + seen.N_F + seen.J_CF_tau.T @ tau_C
 
 
-def _desired_forces(seen: Observation, f: Array, radii: list[float]) -> Array:
-    """f_d = J_delta^fT f + J_delta^tauT tau_C of (63), shape (nc, 3)."""
-    f_d, J_delta = np.empty_like(f), np.empty((4, 4))
+def _deformation_jacobians(seen: Observation, radii: list[float]) -> Array:
+    """J_delta of each contact, (37), shape (nc, 4, 4)."""
+    J_delta = np.empty((len(radii), 4, 4))
     for i, radius in enumerate(radii):
         Phi = seen.contact_angles[i, 1]
-        deformation_jacobian(radius - seen.deformation[i, 0], math.sin(Phi), math.cos(Phi), J_delta)
-        f_d[i] = J_delta[:3, :3].T @ f[i] + J_delta[3, :3] * seen.tau_C[i]
-    return f_d
+        deformation_jacobian(radius - seen.deformation[i, 0], math.sin(Phi), math.cos(Phi), J_delta[i])
+    return J_delta
 
 
 def _force(law: Law, delta: Array, dpsi: float, phi: float, parameters: list[float]) -> Array:

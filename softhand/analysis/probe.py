@@ -8,14 +8,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.assembly import read_law, read_reference, read_world
+from softhand.assembly import read_fingertips, read_law, read_reference, read_world
 from softhand.errors import LawError, RecordingError, ScenarioError
-from softhand.grasp import faces_of
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
-from softhand.model.world import World
 from softhand.observation import Observation
-from softhand.plant import Fingertip, Plant, State
+from softhand.plant import Plant, State
 from softhand.recording import Recording
 from softhand.references import Reference
 from softhand.scenario import Scenario
@@ -50,9 +48,7 @@ class Probe:
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
         """The plant of a scenario, with another law if one is given."""
         world, law = read_world(scenario), law or read_law(scenario)
-        faces = faces_of(world, scenario.grasp.contact_points)
-        fingertips = [Fingertip(law, scenario.fingertip.friction, face) for face in faces]
-        return cls(Plant(world, fingertips), read_reference(scenario))
+        return cls(Plant(world, read_fingertips(scenario, world, law)), read_reference(scenario))
 
     def at(self, state: State, time: float) -> Observation:
         """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""
@@ -86,13 +82,18 @@ def recorded_scenario(recording: Recording) -> Scenario:
         ) from error
 
 
-def recorded_state(world: World, recording: Recording, sample: int) -> State:
-    """The state of one sample of a recording."""
-    n = world.n_joints
+def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
+    """The state of one sample of a recording; what a damping remembers is not recorded, and zero here."""
+    world, n = plant.world, plant.world.n_joints
     rotation = rotation_of(recording.object_rpy[sample])
     twist = recording.object_twist[sample]
     q = pin.neutral(world.model)
     world.set_joint_position(recording.joint_position[sample], q)
     q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
     v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])
-    return State(q, v, recording.deformation[sample, :, 1:].copy())
+    z = np.zeros((world.n_tips, plant.n_memory))
+    z[:, :3] = recording.deformation[sample, :, 1:]
+    for memory, fingertip, dr in zip(z, plant.fingertips, recording.deformation[sample, :, 0], strict=True):
+        if fingertip.law.coordinates == "surface":
+            memory[:2] *= fingertip.law.radius - dr  # recorded as angles s / R
+    return State(q, v, z)

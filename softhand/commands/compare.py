@@ -35,23 +35,27 @@ def compare(
     ] = "target-a",
     law: Annotated[
         list[str],
-        typer.Option(metavar=_NAMES, help="Fingertip laws, settings in brackets; by default that of the scenario."),
+        typer.Option(metavar=_NAMES, help="Fingertip laws, settings in brackets."),
     ] = [],  # noqa: B006  typer copies it
     controller: Annotated[
         list[str],
-        typer.Option(metavar=_NAMES, help="Controllers, settings in brackets; by default the paper's line of work."),
+        typer.Option(metavar=_NAMES, help="Controllers, settings in brackets."),
     ] = [],  # noqa: B006
     changes: Set = [],  # noqa: B006
-    duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
+    duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
     out: Out = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to run in.")] = 1,
     plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
-    """Run every law with every controller; prints a table, writes comparison.png and comparison.csv."""
+    """Run every law with every controller; prints a table, writes comparison.png and comparison.csv.
+
+    What is not named is that of the scenario. Where neither is, the paper's line of work is run: controllers under the
+    law of the scenario, then other laws under its controller.
+    """
     say_compiling(quiet)
-    from softhand.comparison import LINE_OF_WORK, draw, split_choices, to_csv
     from softhand.comparison import compare as run
+    from softhand.comparison import draw, pairs, split_choices, to_csv
     from softhand.plots import save_figure
     from softhand.scenario import load_scenario
     from softhand.scenario_file import parse_override
@@ -62,16 +66,17 @@ def compare(
     task = load_scenario(scenario, values)
     laws = [name for text in law for name in split_choices(text)]
     controllers = [name for text in controller for name in split_choices(text)]
-    runs = max(len(laws), 1) * (len(controllers) or (1 if laws else len(LINE_OF_WORK)))
-    with progress("comparing", float(runs), quiet) as report:
-        rows = run(task, laws or None, controllers or None, report, jobs)
     folder = out or new_folder(f"compare-{Path(scenario).stem}")
     make_folder(folder)
+    with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:
+        rows = run(task, laws, controllers, report, jobs)
     write_text(folder / "comparison.csv", to_csv(rows))
     save_figure(draw(rows, task.description or "softhand comparison"), folder / "comparison.png")
     if not quiet:
         _print_rows(rows)
         console().print(f"wrote comparison.png, comparison.csv in {folder}/", highlight=False)
+    if not any(row.performance for row in rows):
+        raise typer.Exit(1)
 
 
 def _print_rows(rows: list[Row]) -> None:

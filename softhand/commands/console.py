@@ -127,6 +127,15 @@ def new_folder(name: str) -> Path:
     return folder
 
 
+def check_figure(file: Path) -> None:
+    """Refuse, before the work, the name of a figure that could not be written after it."""
+    from softhand.plots.style import figure_format
+
+    figure_format(file)
+    if not file.absolute().parent.is_dir():
+        raise SofthandError(f"{file}: there is no folder {file.parent}; make it or choose another with --out.")
+
+
 def make_folder(folder: Path) -> None:
     """Make a folder with its parents; SofthandError if that cannot be."""
     try:

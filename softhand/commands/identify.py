@@ -38,8 +38,8 @@ def identify(
     fix: Annotated[
         list[str], typer.Option(metavar="NAME=VALUE", help="Do not fit this coefficient; SI; may be repeated.")
     ] = [],  # noqa: B006  typer copies it
-    friction: Annotated[float | None, typer.Option(help="Written into fingertip.toml.")] = None,
-    level: Annotated[float, typer.Option(help="Of the confidence intervals.")] = 0.95,
+    friction: Annotated[float | None, typer.Option(help="Coefficient mu, written into fingertip.toml.")] = None,
+    level: Annotated[float, typer.Option(help="Of the confidence intervals, 0 to 1.")] = 0.95,
     compare: Annotated[bool, typer.Option(help="Print all laws compared by cross-validation.")] = True,
     out: Out = None,
     quiet: Quiet = False,

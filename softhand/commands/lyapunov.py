@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, print_table, progress, say_compiling
+from softhand.commands.console import Quiet, check_figure, console, print_table, progress, say_compiling
 
 if TYPE_CHECKING:
     from softhand.analysis.invariant_set import InvariantSeries
@@ -27,6 +27,8 @@ def lyapunov(
     quiet: Quiet = False,
 ) -> None:
     """Evaluate V of Theorem 1 along a run: its rate against the paper's (70), where it rises, and L of (60)."""
+    target = out or recording.parent / "lyapunov.png"
+    check_figure(target)
     say_compiling(quiet)
     from softhand.analysis.invariant_set import examine_run
     from softhand.analysis.lyapunov import evaluate_run
@@ -40,7 +42,6 @@ def lyapunov(
         found = evaluate_run(run, report)
     with progress("evaluating L", float(len(run)), quiet) as report:
         series = examine_run(run, progress=report)
-    target = out or recording.parent / "lyapunov.png"
     save_figure(draw_lyapunov(found, series, scenario_of(run).get("description") or "softhand run"), target)
     if not quiet:
         _print(recording, found, series)

@@ -13,9 +13,11 @@ from softhand.errors import ScenarioError
 
 @app.command("list", epilog="Example: softhand list controllers")
 def list_names(
-    what: Annotated[str | None, typer.Argument(help="scenarios, laws, controllers or steppers; all without.")] = None,
+    what: Annotated[
+        str | None, typer.Argument(help="scenarios, laws, dampings, controllers or steppers; all without.")
+    ] = None,
 ) -> None:
-    """List scenarios, fingertip laws, controllers and steppers."""
+    """List scenarios, fingertip laws, dampings, controllers and steppers."""
     from softhand.plugins import SHIPPED, describe_plugin, plugin_names
     from softhand.scenario import load_scenario
     from softhand.scenario_file import scenario_names

@@ -47,7 +47,7 @@ def simulate(
     ] = None,
     stepper: Annotated[str | None, typer.Option(help="Stepper, with its own defaults and the scenario's step.")] = None,
     controller: Annotated[str | None, typer.Option(help="Controller, with its own defaults.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
+    duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
     plot: Annotated[bool, typer.Option(help="Draw figure.png.")] = True,
     view: Annotated[bool, typer.Option("--view", help="Show the run in 3-D on a page, in real time.")] = False,
     speed: Speed = 1.0,

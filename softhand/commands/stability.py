@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Set, console, print_table, progress, say_compiling
+from softhand.commands.console import Set, check_figure, console, print_table, progress, say_compiling
 
 
 @app.command(epilog="Example: softhand stability target-a --set controller.K_O_orientation=0.2 --out scan.pdf")
@@ -20,6 +20,7 @@ def stability(
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("stability.png"),
 ) -> None:
     """Scan the gain K_O against the stiffness of the tips, about the grasp at rest."""
+    check_figure(out)
     say_compiling(False)
     import numpy as np
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, Set, console, print_table, progress, say_compiling
+from softhand.commands.console import Quiet, Set, check_figure, console, print_table, progress, say_compiling
 from softhand.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ def workspace(
     ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("workspace.png"),
-    phi_min: Annotated[float, typer.Option(help="Least contact angle Phi [deg]; 0 is the rim of the tip.")] = 1.0,
-    phi_max: Annotated[float, typer.Option(help="Greatest contact angle Phi [deg]; 90 is the apex.")] = 89.0,
+    phi_min: Annotated[float, typer.Option(help=r"Least contact angle Phi \[deg]; 0 is the rim of the tip.")] = 1.0,
+    phi_max: Annotated[float, typer.Option(help=r"Greatest contact angle Phi \[deg]; 90 is the apex.")] = 89.0,
     quiet: Quiet = False,
 ) -> None:
     """Find the object poses that can be held with the contacts kept, with rigid tips, beside the paper's workspace."""
@@ -35,6 +35,7 @@ def workspace(
             f"--phi-min {phi_min:g} and --phi-max {phi_max:g} must be from 0 to 180 deg, the first the smaller.",
             key="phi", value=(phi_min, phi_max),
         )  # fmt: skip
+    check_figure(out)
     say_compiling(quiet)
     from softhand.analysis.workspace import Workspace
     from softhand.plots import save_figure

@@ -9,7 +9,7 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import attraction, need_fingers, pushed, radii, strength
-from softhand.model.configuration import rotation_of, turn_towards
+from softhand.model.configuration import cross_matrix, rotation_of, turn_towards
 from softhand.observation import Observation
 from softhand.settings import Gain, NonNegative
 
@@ -68,10 +68,10 @@ class Blind(Controller):
 
 def virtual_frame(x: Any) -> tuple[Any, Any]:
     """x_v [m], shape (3,), and axes r_x, r_y, r_z as columns, shape (3, 3), of the first three tips."""
-    r_z = np.cross(x[2] - x[0], x[1] - x[0])
+    r_z = cross_matrix(x[2] - x[0]) @ (x[1] - x[0])
     r_z /= np.linalg.norm(r_z)
     r_y = (x[0] - x[1]) / np.linalg.norm(x[0] - x[1])
-    return x.mean(axis=0), np.column_stack([np.cross(r_y, r_z), r_y, r_z])
+    return x.mean(axis=0), np.column_stack([cross_matrix(r_y) @ r_z, r_y, r_z])
 
 
 def virtual_turning(x: Any, axes: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.laws.law import Law
-from softhand.model.configuration import rotation_of, turning_of
+from softhand.model.configuration import cross_matrix, rotation_of, turning_of
 from softhand.observation import Observation, carried, contact_pairs
 
 Array = NDArray[np.float64]
@@ -27,12 +27,14 @@ class Estimate:
     Attributes:
         q_O: position [m], roll, pitch, yaw [rad] of the object, shape (6,).
         q_F: joint angles [rad], shape (n,).
-        deformation: dr [m], dtheta, dphi, dpsi [rad], shape (nc, 4).
+        deformation: dr [m], dtheta, dphi, dpsi [rad] or dr, s1, s2 [m], psi [rad], by the law, shape (nc, 4).
         tau_C: torsion moments on the object [N m], shape (nc,).
         point: contact points [m], shape (nc, 3).
         axes: of the contact frames C_F in the world, shape (nc, 3, 3).
-        angles: Theta, Phi [rad], shape (nc, 2).
+        Phi: [rad], shape (nc,).
+        lean: components of x_F along x_C and y_C, shape (nc, 2).
         distance: R [m], shape (nc,).
+        levers: what J_delta has beside ones: R cosPhi, R, sinPhi by (37), or 1, 1, 0 in surface coordinates, (nc, 3).
         J_CF_f: as in `Observation`, shape (3 nc, n).
         J_CF_tau: as in `Observation`, shape (nc, n).
         J_O_f: as in `Observation`, shape (3 nc, 6).
@@ -45,8 +47,10 @@ class Estimate:
     tau_C: Array
     point: Array
     axes: Array
-    angles: Array
+    Phi: Array
+    lean: Array
     distance: Array
+    levers: Array
     J_CF_f: Array
     J_CF_tau: Array
     J_O_f: Array
@@ -62,52 +66,28 @@ class Estimate:
         return K.reshape(-1, len(pairs))
 
     def deformation_rows(self) -> Array:
-        """The rows of J_delta for v_x, v_y, v_z in the rates of dr, dtheta, dphi, (37), shape (3 nc, 3 nc)."""
+        """The rows of J_delta for v_x, v_y, v_z in the rates of the first three deformations, shape (3 nc, 3 nc)."""
         count = len(self.point)
-        rows = np.zeros((3 * count, 3 * count))
-        for i, (R, Phi) in enumerate(zip(self.distance, self.angles[:, 1], strict=True)):
-            rows[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = [[0.0, R * np.cos(Phi), 0.0], [0.0, 0.0, R], [1.0, 0.0, 0.0]]
-        return rows
+        rows, k = np.zeros((count, 3, count, 3)), np.arange(count)
+        rows[k, 0, k, 1], rows[k, 1, k, 2], rows[k, 2, k, 0] = self.levers[:, 0], self.levers[:, 1], 1.0
+        return rows.reshape(3 * count, 3 * count)
 
 
 class _Tip:
     """The law of a tip, known to the controller."""
 
     def __init__(self, law: Law) -> None:
-        self.radius, self._force, self._parameters = law.radius, law.force, law.parameters().tolist()
+        self.radius, self.is_surface = law.radius, law.coordinates == "surface"
+        self._force, self._parameters = law.force, law.parameters().tolist()
 
-    def force(self, deformation: Array, Phi: float) -> tuple[float, ...]:
-        """Fr, Ftheta, Fphi, Fpsi; what `Law.__call__` gives, but the parameters are looked up once."""
-        dr, dtheta, dphi, dpsi = deformation.tolist()
-        return self._force(dr, dtheta, dphi, dpsi, Phi + dphi, *self._parameters)
-
-    def answer(self, f: Array, Phi: float, deformation: Array) -> None:
-        """Set dr, dtheta, dphi so that the contact force is f: (48) solved at a given dpsi.
-
-            Fr = f_z,   Ftheta = f_x R cosPhi + sinPhi Fpsi,   Fphi = f_y R
-
-        Args:
-            f: f_x, f_y, f_z [N], shape (3,).
-            Phi: of the deformed tip [rad].
-            deformation: a close guess, with the dpsi to take; set, shape (4,).
-        """
-        sin_Phi, cos_Phi = math.sin(Phi), math.cos(Phi)
-
-        def excess() -> Array:
-            Fr, Ftheta, Fphi, Fpsi = self.force(deformation, Phi)
-            R = self.radius - deformation[0]
-            return np.array([Fr - f[2], Ftheta - sin_Phi * Fpsi - f[0] * R * cos_Phi, Fphi - f[1] * R])
-
-        first = excess()
-        slope = np.empty((3, 3))
-        for k in range(3):
-            kept, step = deformation[k], _STEP * (self.radius if k == 0 else 1.0)
-            deformation[k] = kept + step
-            slope[:, k] = (excess() - first) / step
-            deformation[k] = kept
-        inverse = np.linalg.pinv(slope, rcond=1e-12)  # of a tip that has let go, the best that there is
-        for _ in range(_NEWTON):
-            deformation[:3] -= inverse @ excess()
+    def force(self, deformation: list[float], Phi: float, lean: list[float]) -> tuple[float, float, float, float]:
+        """f_x, f_y, f_z [N], tau [N m] on the object in C_F, (48)."""
+        if self.is_surface:
+            f_z, f_x, f_y, tau = self._force(*deformation, *lean, *self._parameters)
+            return f_x, f_y, f_z, tau
+        Fr, Ftheta, Fphi, Fpsi = self._force(*deformation, Phi + deformation[2], *self._parameters)
+        R = self.radius - deformation[0]
+        return (Ftheta - math.sin(Phi) * Fpsi) / (R * math.cos(Phi)), Fphi / R, Fr, Fpsi
 
 
 class _Hand:
@@ -124,7 +104,7 @@ class ObjectEstimator:
 
     The force rows of (43) give the motion between two samples,
 
-        J_O^f dq_O = J_CF^f dq_F - J_delta^f d(dr, dtheta, dphi),
+        J_O^f dq_O = J_CF^f dq_F - J_delta^f d(dr, dtheta, dphi),        (dr, s1, s2) in surface coordinates
 
     least squares, with Jacobians of the middle. The deformation is the one that the law answers with f_C: (48) solved
     with dpsi, which the fourth row of (43) gives. Then dr = dr(f_z) has to agree with n . (x_i - p_O) - d = r - dr at
@@ -140,7 +120,11 @@ class ObjectEstimator:
         self._tips = [_Tip(tip.law) for tip in seen.fingertips]
         self._normals = np.array([tip.face.normal for tip in seen.fingertips])
         self._offsets = np.array([tip.face.offset for tip in seen.fingertips])
+        self._tangents = np.array([tip.face.tangent for tip in seen.fingertips])
         self._radii = np.array([tip.radius for tip in self._tips])
+        self._is_surface = np.array([[tip.is_surface] for tip in self._tips])
+        lengths = np.where(self._is_surface, self._radii[:, None], 1.0)
+        self._steps = _STEP * np.column_stack([self._radii, lengths, lengths])
         self._weight = -seen.object_mass * seen.gravity
         self._lever = seen.object_lever.copy()
         # a turn counts as the way that it moves the contacts
@@ -153,7 +137,7 @@ class ObjectEstimator:
 
     def weight(self, q_O: Array) -> Array:
         """N_O, the gravity terms of the object in the coordinates q_O, shape (6,)."""
-        moment = np.cross(rotation_of(q_O[3:]) @ self._lever, self._weight)
+        moment = cross_matrix(rotation_of(q_O[3:]) @ self._lever) @ self._weight
         return np.concatenate([self._weight, turning_of(q_O[3:]).T @ moment])
 
     def update(self, seen: Observation, before: Estimate) -> Estimate:
@@ -164,12 +148,13 @@ class ObjectEstimator:
             before: the estimate of the sample before.
         """
         now, hand = before, _Hand(seen)
-        dq_F = hand.q_F - before.q_F
+        dq_F, turned = hand.q_F - before.q_F, np.zeros(len(self._tips))
         for _ in range(2):  # the middle is known only after a first go
-            deformation = self._deformation(seen.f_C, now)
+            deformation = self._deformation(seen.f_C, turned, now, before)
             dq_O = self._motion(dq_F, deformation - before.deformation, now, before)
             now = self._at(hand, before.q_O + dq_O, deformation)
-            deformation[:, 3] = before.deformation[:, 3] + self._torsion(dq_F, dq_O, deformation, now, before)
+            turned = self._turned(dq_F, dq_O, now, before)
+            deformation[:, 3] = _torsion(deformation, turned, now, before)
         return self._at(hand, self._corrected(now), deformation)
 
     def _at(self, hand: _Hand, q_O: Array, deformation: Array) -> Estimate:
@@ -179,36 +164,59 @@ class ObjectEstimator:
         normal = -self._normals @ rotation.T
         distance = -np.einsum("ib,ib->i", normal, tips - q_O[:3]) - self._offsets
         arm = distance[:, None] * normal
-        in_tip = np.einsum("iba,ib->ia", tip_axes, normal)
-        Theta, Phi = np.arctan2(in_tip[:, 2], in_tip[:, 1]), np.arcsin(np.clip(in_tip[:, 0], -1.0, 1.0))
-        x_C = -np.sin(Theta)[:, None] * tip_axes[:, :, 1] + np.cos(Theta)[:, None] * tip_axes[:, :, 2]
-        axes = np.stack([x_C, np.cross(normal, x_C), normal], axis=2)
-        velocity = carried(hand.velocity, spin, arm)
-        lever = tips + arm - q_O[:3]
-        unit = np.tile(np.hstack([np.eye(3), np.zeros((3, 3))]), (len(tips), 1, 1))
-        moved = carried(unit, np.tile(np.hstack([np.zeros((3, 3)), turning]), (len(tips), 1, 1)), lever)
-        count, n = len(tips), velocity.shape[2]
-        forces = [tip.force(delta, phi) for tip, delta, phi in zip(self._tips, deformation, Phi.tolist(), strict=True)]
+        sin_Phi, across, along = np.einsum("iba,ib->ai", tip_axes, normal)  # z_C in F
+        cos_Phi, Phi, Theta = np.hypot(across, along), np.arcsin(np.clip(sin_Phi, -1.0, 1.0)), np.arctan2(along, across)
+        x_polar = -np.sin(Theta)[:, None] * tip_axes[:, :, 1] + np.cos(Theta)[:, None] * tip_axes[:, :, 2]
+        x_C = np.where(self._is_surface, self._tangents @ rotation.T, x_polar)
+        axes = np.stack([x_C, np.einsum("iab,ib->ia", cross_matrix(normal), x_C), normal], axis=2)
+        lean = np.einsum("ib,iba->ia", tip_axes[:, :, 0], axes)[:, :2]
+        levers = np.where(self._is_surface, (1.0, 1.0, 0.0), np.column_stack([distance * cos_Phi, distance, sin_Phi]))
+        into_contact = axes.transpose(0, 2, 1)
+        moved = into_contact @ cross_matrix(tips + arm - q_O[:3])
+        count, n = len(tips), spin.shape[2]
         return Estimate(
             q_O=q_O,
             q_F=hand.q_F,
             deformation=deformation,
-            tau_C=np.array(forces)[:, 3],
+            tau_C=self._forces(deformation, Phi, lean)[:, 3],
             point=tips + arm,
             axes=axes,
-            angles=np.column_stack([Theta, Phi]),
+            Phi=Phi,
+            lean=lean,
             distance=distance,
-            J_CF_f=np.einsum("iba,ibk->iak", axes, velocity).reshape(3 * count, n),
+            levers=levers,
+            J_CF_f=(into_contact @ carried(hand.velocity, spin, arm)).reshape(3 * count, n),
             J_CF_tau=np.einsum("ib,ibk->ik", normal, spin),
-            J_O_f=np.einsum("iba,ibk->iak", axes, moved).reshape(3 * count, 6),
+            J_O_f=np.concatenate([into_contact, -moved @ turning], axis=2).reshape(3 * count, 6),
             J_O_tau=np.hstack([np.zeros((count, 3)), normal @ turning]),
         )
 
-    def _deformation(self, f_C: Array, now: Estimate) -> Array:
-        """(dr, dtheta, dphi, dpsi) that the laws answer with f_C at the angles of `now`, shape (nc, 4)."""
+    def _forces(self, deformation: Array, Phi: Array, lean: Array) -> Array:
+        """f_x, f_y, f_z [N], tau [N m] that the laws answer with, shape (nc, 4)."""
+        cases = zip(self._tips, deformation.tolist(), Phi.tolist(), lean.tolist(), strict=True)
+        return np.array([tip.force(*case) for tip, *case in cases])
+
+    def _deformation(self, f_C: Array, turned: Array, now: Estimate, before: Estimate) -> Array:
+        """The deformation that the laws answer to with f_C at the frames of `now`, shape (nc, 4).
+
+        Newton's method from the deformation of `now`, with one slope. The torsion follows the second deformation by
+        `_torsion`: to take it from the pass before would swing up where Fpsi has much weight in f_x.
+        """
         found = now.deformation.copy()
-        for i, (tip, f) in enumerate(zip(self._tips, f_C.reshape(-1, 3), strict=True)):
-            tip.answer(f, float(now.angles[i, 1]), found[i])
+
+        def excess() -> Array:
+            found[:, 3] = _torsion(found, turned, now, before)
+            return self._forces(found, now.Phi, now.lean)[:, :3] - f_C.reshape(-1, 3)
+
+        off, slope = excess(), np.empty((len(found), 3, 3))
+        for k in range(3):
+            kept = found[:, k].copy()
+            found[:, k] += self._steps[:, k]
+            slope[:, :, k] = (excess() - off) / self._steps[:, k, None]
+            found[:, k] = kept
+        inverse = np.linalg.pinv(slope, rcond=1e-12)  # of a tip that has let go, the best that there is
+        for k in range(_NEWTON):
+            found[:, :3] -= np.einsum("iab,ib->ia", inverse, excess() if k else off)
         return found
 
     def _motion(self, dq_F: Array, change: Array, now: Estimate, before: Estimate) -> Array:
@@ -219,11 +227,10 @@ class ObjectEstimator:
         scaled: Array = np.linalg.lstsq(J_O * self._size, moved, rcond=_MOVING)[0]
         return scaled * self._size
 
-    def _torsion(self, dq_F: Array, dq_O: Array, deformation: Array, now: Estimate, before: Estimate) -> Array:
-        """Change of dpsi from the moment rows of (43), shape (nc,)."""
+    def _turned(self, dq_F: Array, dq_O: Array, now: Estimate, before: Estimate) -> Array:
+        """Angle w_z dt by which each tip has turned on the object, from the moment rows of (43) [rad], shape (nc,)."""
         J_CF, J_O = 0.5 * (now.J_CF_tau + before.J_CF_tau), 0.5 * (now.J_O_tau + before.J_O_tau)
-        sin_Phi = 0.5 * (np.sin(now.angles[:, 1]) + np.sin(before.angles[:, 1]))
-        turned: Array = J_CF @ dq_F - J_O @ dq_O - sin_Phi * (deformation[:, 1] - before.deformation[:, 1])
+        turned: Array = J_CF @ dq_F - J_O @ dq_O
         return turned
 
     def _corrected(self, now: Estimate) -> Array:
@@ -232,3 +239,10 @@ class ObjectEstimator:
         along_normal = now.J_O_f[2::3] * self._size
         scaled: Array = np.linalg.lstsq(along_normal, gap, rcond=_CERTAIN)[0]
         return now.q_O - scaled * self._size
+
+
+def _torsion(deformation: Array, turned: Array, now: Estimate, before: Estimate) -> Array:
+    """dpsi of each contact, from dpsi' = w_z - sinPhi dtheta', shape (nc,)."""
+    lever = 0.5 * (now.levers[:, 2] + before.levers[:, 2])
+    torsion: Array = before.deformation[:, 3] + turned - lever * (deformation[:, 1] - before.deformation[:, 1])
+    return torsion

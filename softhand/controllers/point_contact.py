@@ -9,7 +9,7 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.linear import least_norm
-from softhand.model.configuration import rotation_of, turn_towards
+from softhand.model.configuration import cross_matrix, rotation_of, turn_towards
 from softhand.observation import Observation, carried, contact_pairs
 from softhand.settings import Gain, NonNegative
 
@@ -73,14 +73,14 @@ class PointContact(Controller):
         desired, twist = seen.desired.coordinates, seen.object_twist
         weight = -seen.object_mass * seen.gravity
         force = weight + self.K_position * (desired[:3] - seen.object_position) - self.D_position * twist[:3]
-        moment = np.cross(seen.object_rotation @ seen.object_lever, weight) - self.D_orientation * twist[3:]
+        moment = cross_matrix(seen.object_rotation @ seen.object_lever) @ weight - self.D_orientation * twist[3:]
         moment += self.K_orientation * turn_towards(seen.object_rotation, rotation_of(desired[3:]))
         return np.concatenate([force, moment])
 
 
 def _grasp_map(arms: Any) -> Any:
     """G_f: wrench about the origin of the arms from the forces at their ends, world axes, shape (6, 3 nc)."""
-    return np.hstack([np.vstack([np.eye(3), np.cross(arm, np.eye(3)).T]) for arm in arms])
+    return np.vstack([np.tile(np.eye(3), len(arms)), np.hstack(list(cross_matrix(arms)))])
 
 
 def _squeeze(point: Any, magnitudes: Any) -> Any:

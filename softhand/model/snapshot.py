@@ -37,6 +37,7 @@ class Snapshot:
         self.J: NDArray[np.float64] = self._data.J
         self.nle: NDArray[np.float64] = self._data.nle
         self.poses = self._view_poses()
+        self._above = ~np.tri(world.model.nv, k=-1, dtype=bool)
 
     def _view_poses(self) -> NDArray[np.float64]:
         """All joint poses as one array; they lie one behind the other in Pinocchio's vector."""
@@ -68,7 +69,7 @@ class Snapshot:
     def mass_matrix(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """M, both triangles, at configuration q, shape (nv, nv). A copy; J and poses are then those at q."""
         upper = pin.crba(self._model, self._data, q, _WORLD)
-        return np.triu(upper) + np.triu(upper, 1).T
+        return np.where(self._above, upper, upper.T)
 
     def velocity_terms(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
         """C(q, v) v, shape (nv,). A copy; J and poses are then those at q."""

@@ -30,6 +30,7 @@ _PARTS = {"V": "black", "kinetic energy": FINGERS[0], "spring K_O": FINGERS[2], 
 _TERMS = {
     "motion of f_d": ("desired", FINGERS[0]),
     "φ and δψ in P": ("contact", FINGERS[1]),
+    "damping of the tips": ("damping", FINGERS[4]),
     "reference": ("reference", FINGERS[2]),
     "held, limited torques": ("actuation", FINGERS[3]),
     "not explained": ("remainder", "black"),
@@ -63,7 +64,7 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
                        zorder=1.5 if name == "remainder" else 2.0)  # fmt: skip
         for axes in (energy, rate, terms):
             _shade(axes, lyapunov)
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=5, borderpad=0.0, handlelength=1.6,
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, borderpad=0.0, handlelength=1.6,
                         columnspacing=1.2)  # fmt: skip
         for axes in (rate, terms):
             _limit(axes)

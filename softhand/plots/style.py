@@ -104,13 +104,18 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
         SofthandError: another ending. Carries `.value`.
         RecordingError: the file cannot be written.
     """
-    path = Path(path)
+    ending = figure_format(Path(path))
+    write_whole(Path(path), lambda: _encode(figure, ending))
+
+
+def figure_format(path: Path) -> str:
+    """png, pdf or svg, by the ending of a file's name; SofthandError for another."""
     ending = path.suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         got = f"has the unknown ending {path.suffix!r}" if ending else "has no ending"
         allowed = ", ".join(f".{name}" for name in FORMATS)
         raise SofthandError(f"{path}: the name of the figure {got}; choose one of {allowed}.", value=path.suffix)
-    write_whole(path, lambda: _encode(figure, ending))
+    return ending
 
 
 def _encode(figure: Figure, ending: str) -> bytes:
