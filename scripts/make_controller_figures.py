@@ -10,21 +10,25 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import softhand
-from softhand.comparison import COLUMNS, LINE_OF_WORK, Row, draw
+from softhand.comparison import COLUMNS, Row, draw, labels
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/controllers.md"
 COMPARISONS = {
-    "target-a": ("controllers", LINE_OF_WORK),
+    "target-a": ("controllers", None),
     "pinch-angle-feedback": ("pinch", ("regulation", "angle-feedback", "two-phase", "opposing")),
 }
-"""Scenario: name of the picture, and the controllers."""
+"""Scenario: name of the picture, and the controllers; None for what `softhand compare` alone runs."""
 
 
 def table(rows: Sequence[Row]) -> str:
     """The rows as a table in Markdown."""
-    headings = ("controller", *(name.replace("\n", " ") for name in COLUMNS))
-    lines = [headings, ["---"] * len(headings), *((f"`{row.controller}`", *row.cells()) for row in rows)]
+    headings = ("run", *(name.replace("\n", " ") for name in COLUMNS))
+    lines = [
+        headings,
+        ["---"] * len(headings),
+        *((f"`{name}`", *row.cells()) for name, row in zip(labels(rows), rows, strict=True)),
+    ]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 

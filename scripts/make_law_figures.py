@@ -1,10 +1,12 @@
-"""Draw the figures of docs/laws.md: fingertip laws and dampings with their defaults, beside the paper's reference tip.
+"""Refresh the figures and the table of docs/laws.md: fingertip laws and dampings with their defaults, their energy.
 
 Example: python scripts/make_law_figures.py
 """
 
 from __future__ import annotations
 
+import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +23,26 @@ from softhand.scenario import with_law
 
 Array = NDArray[np.float64]
 
-IMAGES = Path(__file__).parent.parent / "docs/images"
+ROOT = Path(__file__).parent.parent
+IMAGES, PAGE = ROOT / "docs/images", ROOT / "docs/laws.md"
+sys.path.insert(0, str(ROOT / "tests"))
+
+from energy import ring, task_with  # noqa: E402
+from hands import STEPPERS  # noqa: E402
+
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A50026")
 DEPTH = 0.0023  # [m], of a grasp of the reference hand
 STEP = 1e-6  # [m]
+TIME_STEPS = (1e-3, 5e-4, 2.5e-4, 1.25e-4)  # [s]
+RINGS = (
+    ("conservative", 0.0, "rk4", 1),
+    ("conservative", 0.0, "midpoint", 0),
+    ("conservative", 0.0, "semi-implicit-euler", 1),
+    ("conservative", 5.1, "rk4", 1),
+    ("nakashima", 0.0, "rk4", 1),
+    ("nakashima", 0.0, "midpoint", 0),
+)
+"""Law, its growth, stepper, and the first of `TIME_STEPS` that it bears."""
 
 
 def laws() -> dict[str, softhand.Law]:
@@ -113,11 +131,26 @@ def _label(axes: Axes, x: str, y: str) -> None:
     axes.set(xlabel=x, ylabel=y)
 
 
+def energy_table() -> str:
+    """Drift of a grasp that rings for 2 s over the exchanged energy, as a table in Markdown."""
+    lines = [["Law", "Stepper", *(f"{1e3 * step:g} ms" for step in TIME_STEPS)], ["---"] * (2 + len(TIME_STEPS))]
+    for name, growth, stepper, first in RINGS:
+        law = laws()[name]
+        task = task_with(law.model_copy(update={"growth": growth}) if growth else law)
+        drifts = [ring(task, STEPPERS[stepper](step=step), 2.0).drift for step in TIME_STEPS[first:]]
+        named = f"`{name}`" + (f", growth {growth:g}" if growth else "")
+        lines.append([named, f"`{stepper}`", *[""] * first, *(f"{drift:.1e}" for drift in drifts)])
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
 def main() -> None:
-    """Draw both."""
+    """Draw both figures, write the table."""
     IMAGES.mkdir(parents=True, exist_ok=True)
     save_figure(draw_laws(), IMAGES / "laws.png")
     save_figure(draw_dampings(), IMAGES / "dampings.png")
+    mark, table = r"(<!-- table energy -->\n).*?(<!-- end -->)", energy_table()
+    text = re.sub(mark, lambda found: f"{found[1]}{table}\n{found[2]}", PAGE.read_text(), flags=re.DOTALL)
+    PAGE.write_text(text)
 
 
 if __name__ == "__main__":

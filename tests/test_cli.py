@@ -1,6 +1,7 @@
 """The command line, started as a user starts it."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -8,8 +9,11 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from softhand import Recording
+from softhand.cli import app
+from softhand.plugins import SHIPPED
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 
@@ -122,6 +126,21 @@ def test_interrupt_keeps_what_was_computed(tmp_path):
     assert process.returncode == 130 and "interrupted" in errors and "Traceback" not in errors
     recording = Recording.load(tmp_path / "long/run.nc")
     assert not recording.complete and "interrupted" in recording.reason
+
+
+def test_units_in_brackets_are_escaped_in_the_help(tmp_path):
+    """A bracket would be taken for a style and left out: none stands bare, and units are seen."""
+    for command in get_command(app).commands.values():
+        for parameter in command.params:
+            assert not re.search(r"(?<!\\)\[", getattr(parameter, "help", None) or ""), (command.name, parameter.name)
+    shown = run("simulate", "--help", folder=tmp_path, env={**os.environ, "COLUMNS": "120"})
+    assert "Simulated time [s]." in shown.stdout
+
+
+def test_every_list_is_named_in_the_help(tmp_path):
+    """`softhand list --help` names each kind that it lists."""
+    shown = run("list", "--help", folder=tmp_path, env={**os.environ, "COLUMNS": "120"}).stdout
+    assert all(kind in shown for kind in ("scenarios", *SHIPPED))
 
 
 def test_every_command_has_help_with_an_example(tmp_path):
