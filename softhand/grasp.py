@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.contact.kinematics import deformation_jacobian
-from softhand.errors import GraspError
+from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
@@ -253,7 +253,14 @@ def _deform(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -> A
     lower, upper = np.array([1e-6, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
     if is_surface:
         lower[2], upper[2] = -1.5, 1.5
-    start = np.array([_depth(law, Phi, bearing, wanted[2]) / law.radius, 0.0, 0.0, 0.0])
+    depth = _depth(law, Phi, bearing, wanted[2])
+    start = np.array([depth / law.radius, 0.0, 0.0, 0.0])
+    if not np.all(np.isfinite(excess(start))):
+        raise LawError(
+            f"law '{type(law).__name__}' answers the plain compression dr = {1e3 * depth:.3g} mm of {name} with NaN or "
+            "infinity; there is no start. Mend the formula, or lower grasp.internal_force.",
+            law=type(law).__name__,
+        )
     scaled, left = find_root(excess, slope, [start], lower, upper, _ANSWERED)
     if left > _ANSWERED:
         raise GraspError(

@@ -28,8 +28,9 @@ from hands import (
     write_hand,
 )
 
-from softhand.errors import GraspError
+from softhand.errors import GraspError, LawError
 from softhand.grasp import Grasp, faces_of, solve_grasp
+from softhand.laws.law import Law
 from softhand.model.world import World, load_world
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import State
@@ -290,6 +291,24 @@ def test_soft_tip_that_cannot_answer_is_refused(reference: Task) -> None:
         )
     assert caught.value.finger == "finger_1_tip"
     assert isinstance(caught.value.value, np.ndarray)
+
+
+def test_law_without_a_number_at_the_start_is_named(reference: Task) -> None:
+    """A formula that gives NaN where the grasp presses is refused with law, depth and finger."""
+
+    class Undefined(Law):
+        """NaN beyond 1 mm."""
+
+        @staticmethod
+        def force(dr: float, dtheta: float, dphi: float, dpsi: float, phi: float, radius: float) -> tuple[float, ...]:
+            """A spring that ends."""
+            return 2e3 * dr if dr < 0.001 else float("nan"), 0.4 * dtheta, 0.4 * dphi, 0.004 * dpsi
+
+    tips = [replace(tip, law=Undefined(radius=0.010)) for tip in reference.fingertips]
+    with pytest.raises(LawError, match=r"law 'Undefined' answers the plain compression dr = 1\.\d+ mm of finger_1_tip"):
+        solve_grasp(
+            reference.world, tips, CONTACT_POINTS, START_FORCE, START_POSITION, np.eye(3), np.tile(FINGER_GUESS, 3)
+        )
 
 
 def test_guess_of_the_wrong_length_is_refused(reference: Task) -> None:

@@ -59,13 +59,15 @@ class Probe:
 
     def require_polar(self) -> None:
         """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
-        for law in self.laws:
-            if law.coordinates != "polar" or self._state.z.shape[1] != 3:
-                raise LawError(
-                    f"law '{type(law).__name__}': V and L of Theorem 1 are stated for a law in (dr, dtheta, dphi, "
-                    "dpsi) without relaxing damping, such as nakashima; `softhand stability` takes any law.",
-                    law=type(law).__name__,
-                )
+        for tip_law, fingertip in zip(self.laws, self.plant.fingertips, strict=True):
+            law, damping = type(tip_law).__name__, type(fingertip.damping).__name__
+            if tip_law.coordinates != "polar":
+                what = f"law '{law}': V and L of Theorem 1 are stated in dr, dtheta, dphi, dpsi, as nakashima has them"
+            elif fingertip.damping.relaxation():
+                what = f"damping '{damping}': V and L of Theorem 1 are stated for tips without relaxing damping"
+            else:
+                continue
+            raise LawError(f"{what}; `softhand stability` takes others.", law=law)
 
 
 def recorded_scenario(recording: Recording) -> Scenario:

@@ -28,14 +28,15 @@ from softhand.plots.style import (
 
 _PARTS = {"V": "black", "kinetic energy": FINGERS[0], "spring K_O": FINGERS[2], "P of the tips": FINGERS[1]}
 _TERMS = {
-    "motion of f_d": ("desired", FINGERS[0]),
+    "f_d": ("desired", FINGERS[0]),
     "φ and δψ in P": ("contact", FINGERS[1]),
-    "damping of the tips": ("damping", FINGERS[4]),
+    "damped tips": ("damping", FINGERS[4]),
     "reference": ("reference", FINGERS[2]),
-    "held, limited torques": ("actuation", FINGERS[3]),
-    "not explained": ("remainder", "black"),
+    "held torques": ("actuation", FINGERS[3]),
+    "unexplained": ("remainder", "black"),
 }
 _DECADES = 6
+_UNSEEN = 1e-9  # [mW]
 
 
 def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Figure:
@@ -60,12 +61,14 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
         terms = panel(figure, grid[2], "power [mW]", "What makes the difference", bottom=True)
         for label, (name, color) in _TERMS.items():
             values = 1e3 * getattr(lyapunov, name)
+            if name == "damping" and np.nanmax(np.abs(values), initial=0.0) < _UNSEEN:
+                continue
             terms.plot(lyapunov.time, values, color=color, label=label, lw=0.8 if name == "remainder" else 1.2,
                        zorder=1.5 if name == "remainder" else 2.0)  # fmt: skip
         for axes in (energy, rate, terms):
             _shade(axes, lyapunov)
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, borderpad=0.0, handlelength=1.6,
-                        columnspacing=1.2)  # fmt: skip
+                        columnspacing=1.0)  # fmt: skip
         for axes in (rate, terms):
             _limit(axes)
         left, right = split(grid[3], 1, 2, wspace=0.22)
