@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
-from hands import make_named_task
+from hands import HAND_URDF, make_named_task
 
 from softhand.analysis.checkup import Checkup, check_scenario, fastest_frequency
 from softhand.assembly import build
@@ -72,7 +72,7 @@ def test_a_target_that_cannot_be_held_is_a_warning() -> None:
 
 def test_warnings_of_the_urdfs_are_told(tmp_path: Path) -> None:
     """What is doubtful in the hand is doubtful in the scenario."""
-    hand = (find_scenario("target-a").parents[2] / "urdf/three_finger_hand.urdf").read_text()
+    hand = HAND_URDF.read_text()
     (tmp_path / "hand.urdf").write_text(hand.replace('velocity="20"', 'velocity="0"', 1))
     warnings = checked(hand__urdf=str(tmp_path / "hand.urdf")).warnings
     assert len(warnings) == 1 and "hand.urdf, line" in warnings[0] and "could not move" in warnings[0]
