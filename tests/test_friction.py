@@ -33,7 +33,6 @@ def test_spin_length_is_the_mean_lever_of_the_columns(depth: float) -> None:
     """The columns of the paper's Fig. 4, dN = k_r (cos b - c) r^2 sin b db dg, press at R tan b from the middle."""
     c = 1.0 - depth / R
     top = np.arccos(c)
-    # with b = top sin t neither end is singular
     force = quad(lambda b: (np.cos(b) - c) * np.sin(b), 0.0, top, epsabs=0.0, epsrel=1e-12)[0]
     moment = quad(lambda b: (np.cos(b) - c) * np.sin(b) * R * c * np.tan(b), 0.0, top, epsabs=0.0, epsrel=1e-12)[0]
     assert spin_length(pad_of(), R - depth) == pytest.approx(moment / force, rel=2e-8)

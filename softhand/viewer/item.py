@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -67,14 +68,14 @@ class Update(NamedTuple):
     visible: bool = True
 
 
-class Part:
+class Part(ABC):
     """One kind of thing in the picture: its items, and what becomes of them at a moment."""
 
     items: list[Item]
 
+    @abstractmethod
     def update(self, moment: Moment) -> list[Update]:
         """One update an item, in their order."""
-        raise NotImplementedError
 
 
 def item(
