@@ -6,7 +6,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from softhand.analysis.energy import ACCOUNTS, Ledger
-from softhand.plots.style import FINGERS, STYLE, draw_title, finish, new_figure, panel
+from softhand.plots.style import FINGERS, STYLE, draw_legend, draw_title, finish, from_top, new_figure, panel
 
 _COLORS = dict(zip(ACCOUNTS, ("black", FINGERS[0], FINGERS[4], FINGERS[1], FINGERS[2], FINGERS[3]), strict=True))
 
@@ -21,7 +21,7 @@ def draw_energy(ledger: Ledger, title: str) -> Figure:
         axes = panel(figure, grid[0], "energy [mJ]", "Energy since the start")
         for name, label in ACCOUNTS.items():
             axes.plot(ledger.time, 1e3 * getattr(ledger, name), color=_COLORS[name], label=label)
-        axes.legend(ncols=3, loc="best")
+        draw_legend(figure, list(axes.lines), from_top(figure, 0.34), loc="upper left", handlelength=1.4)
         rest = panel(
             figure, grid[1], "residual [mJ]", f"Residual: {ledger.residual_name.removeprefix('residual, ')}", True
         )

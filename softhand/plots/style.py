@@ -233,11 +233,11 @@ def draw_title(figure: Figure, title: str, *warnings: str) -> float:
     return from_top(figure, 0.82 + 0.14 * len(lines))
 
 
-def draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: Any) -> None:
+def draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: Any, handlelength: float = 2.4) -> None:
     """One line of legend whose corner `loc` is at the side of the figure, at a height (0 to 1)."""
     corner = (0.012 if loc.endswith("left") else 0.988, height)
-    legend = figure.legend(handles=handles, loc=loc, bbox_to_anchor=corner, ncols=len(handles), handlelength=2.4,
-                           columnspacing=1.4, borderpad=0.2, borderaxespad=0.0)  # fmt: skip
+    legend = figure.legend(handles=handles, loc=loc, bbox_to_anchor=corner, ncols=len(handles),
+                           handlelength=handlelength, columnspacing=1.4, borderpad=0.2, borderaxespad=0.0)  # fmt: skip
     legend.set_zorder(ON_TOP)
 
 
