@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from softhand.analysis.energy import energy_ledger
 from softhand.analysis.performance import Performance, errors, measure
 from softhand.assembly import build, read_controller, read_law
-from softhand.errors import ScenarioError, SofthandError
+from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.plots import Lined, draw_line_up
 from softhand.plugins import find_plugin, load_plugin_files, plugin_files
 from softhand.recording import Recording
@@ -125,15 +125,19 @@ def compare(
 
     Raises:
         ScenarioError: a name or a setting is wrong. A run that cannot begin, or stops, makes a row that says so.
-        SimulationStopped: interrupted by Ctrl-C.
+        SimulationStopped: interrupted by Ctrl-C; carries `.rows` with the runs done so far.
     """
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     cases = [(law, controller, _chosen(task, law, controller)) for law, controller in pairs(task, laws, controllers)]
     tell = progress or (lambda done: None)
-    rows = []
-    for done, row in enumerate(_run_all(cases, tell, jobs), start=1):
-        rows.append(row)
-        tell(float(done))
+    rows: list[Row] = []
+    try:
+        for row in _run_all(cases, tell, jobs):
+            rows.append(row)
+            tell(float(len(rows)))
+    except (SimulationStopped, KeyboardInterrupt) as interrupt:
+        message = f"interrupted after {len(rows)} of {len(cases)} runs."
+        raise SimulationStopped(message, rows=rows, reason="interrupted") from interrupt
     return rows
 
 
@@ -220,7 +224,8 @@ def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
         kept = {key: value for key, value in tip.parameters.items() if key in fields}
     else:
         kept = tip.parameters
-    fingertip = {"law": name, "friction": tip.friction, **kept, **settings}
+    own = {key: value for key, value in tip.own().items() if value is not None}
+    fingertip = {**own, "law": name, **kept, **settings}
     name, settings = _parse(controller)
     kept = task.controller.parameters if name == task.controller.name else {}
     chosen = task.with_values({"fingertip": fingertip, "controller": {"name": name, **kept, **settings}})

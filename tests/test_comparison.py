@@ -13,10 +13,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softhand import ScenarioError, SimulationStopped, compare, load_scenario, simulate, summarize
+from softhand import (
+    Scenario,
+    ScenarioError,
+    Simulation,
+    SimulationStopped,
+    build,
+    compare,
+    load_scenario,
+    simulate,
+    summarize,
+)
 from softhand import comparison as module
 from softhand.comparison import COLUMNS, LAWS, LINE_OF_WORK, Row, draw, labels, pairs, split_choices, to_csv
 from softhand.plugins import SHIPPED
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 SHORT = {"duration": 0.02}
@@ -135,14 +150,28 @@ def test_progress_counts_runs() -> None:
 
 
 def test_an_interrupt_ends_the_comparison(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C is not taken for a run that stopped."""
+    """Ctrl-C is not taken for a run that stopped; the runs before it are kept."""
 
-    def interrupted(scenario: object) -> None:
-        raise SimulationStopped("interrupted", reason="interrupted")
+    def interrupted(scenario: Scenario) -> Simulation:
+        if scenario.controller.name == "blind":
+            raise SimulationStopped("interrupted", reason="interrupted")
+        return build(scenario)
 
     monkeypatch.setattr(module, "build", interrupted)
-    with pytest.raises(SimulationStopped):
-        compare("target-a", controllers=["regulation"])
+    with pytest.raises(SimulationStopped, match=r"after 1 of 2 runs") as caught:
+        compare(load_scenario("target-a", {"duration": 0.1}), controllers=["regulation", "blind"])
+    assert [row.controller for row in caught.value.rows] == ["regulation"]  # type: ignore[attr-defined]
+
+
+def test_friction_of_the_task_holds_for_all_runs() -> None:
+    """Another law changes the law alone: contact mode, coefficients and damping stay."""
+    task = load_scenario("target-a", {
+        "duration": 0.002, "fingertip.contact": "coulomb", "fingertip.static_friction": 0.7,
+        "fingertip.damping": {"name": "kelvin-voigt", "radial": 3.0},
+    })  # fmt: skip
+    for row in compare(task, laws=["nakashima", "conservative"]):
+        tip = tomllib.loads(row.recording.scenario)["fingertip"]
+        assert (tip["contact"], tip["static_friction"], tip["damping"]["radial"]) == ("coulomb", 0.7, 3.0)
 
 
 def test_the_csv_has_all_digits(rows: list[Row]) -> None:

@@ -56,6 +56,7 @@ def compare(
     say_compiling(quiet)
     from softhand.comparison import compare as run
     from softhand.comparison import draw, pairs, split_choices, to_csv
+    from softhand.errors import SimulationStopped
     from softhand.plots import save_figure
     from softhand.scenario import load_scenario
     from softhand.scenario_file import parse_override
@@ -67,11 +68,25 @@ def compare(
     laws = [name for text in law for name in split_choices(text)]
     controllers = [name for text in controller for name in split_choices(text)]
     folder = out or new_folder(f"compare-{Path(scenario).stem}")
+    is_new = not folder.exists()
     make_folder(folder)
-    with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:
-        rows = run(task, laws, controllers, report, jobs)
-    write_text(folder / "comparison.csv", to_csv(rows))
-    save_figure(draw(rows, task.description or "softhand comparison"), folder / "comparison.png")
+    title = task.description or "softhand comparison"
+
+    def save(rows: list[Row]) -> None:
+        write_text(folder / "comparison.csv", to_csv(rows))
+        save_figure(draw(rows, title), folder / "comparison.png")
+
+    try:
+        with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:
+            rows = run(task, laws, controllers, report, jobs)
+    except SimulationStopped as stop:
+        if stop.rows:  # type: ignore[attr-defined]
+            save(stop.rows)  # type: ignore[attr-defined]
+            stop.args = (f"{stop} They are in {folder}/.",)
+        elif is_new:
+            folder.rmdir()
+        raise
+    save(rows)
     if not quiet:
         _print_rows(rows)
         console().print(f"wrote comparison.png, comparison.csv in {folder}/", highlight=False)
