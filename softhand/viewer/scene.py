@@ -229,7 +229,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         world.hand_text,
         world.object_text,
         tuple(tip.name for tip in world.tips),
-        tuple(map(float, plant.pads["radius"])),
+        tuple(map(float, plant.pads["radius"][: world.n_tips])),
         world.hand_urdf.parent,
         world.object_urdf.parent,
     )
