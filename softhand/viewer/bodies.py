@@ -16,7 +16,7 @@ from softhand.viewer.visuals import Visual
 
 Array = NDArray[np.float64]
 
-_TABLE_SIDE = 24.0  # in units
+_TABLE_SIDE = 18.0  # in units
 
 
 class Plane(NamedTuple):

@@ -66,6 +66,7 @@ def pack_film(
         RecordingError: the recording lacks what a picture needs.
     """
     scene = RecordedScene(recording, scales)
+    used = {item.layer for item in scene.items}
     frames = frames_of(recording, rate, most)
     updates: list[Sequence[Update]] = []
     for done, k in enumerate(frames):
