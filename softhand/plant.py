@@ -16,7 +16,9 @@ from softhand.dampings.damping import Damping
 from softhand.errors import LawError
 from softhand.laws.law import LEADING, Law, compile_law
 from softhand.linear import factor, solve
-from softhand.model.faces import Face
+from softhand.model.shapes.box import Box
+from softhand.model.shapes.face import Face
+from softhand.model.shapes.shape import CompiledShape, Shape
 from softhand.model.snapshot import Snapshot
 from softhand.model.world import World
 
@@ -33,7 +35,7 @@ class Fingertip:
     face: Face
     damping: Damping = Damping()  # noqa: RUF009  frozen
     can_slip: bool = False
-    """Whether friction has a limit and the object has edges; else the tip rolls on an endless face under any load."""
+    """Whether friction has a limit and the object has edges; else the tip rolls, on plane faces as if they had no end."""
     static_friction: float | None = None
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
@@ -124,9 +126,8 @@ class Plant:
             arguments = np.zeros(LAW_ARGUMENTS)
             arguments[leading : leading + len(code.parameters)] = code.parameters
             pad["law_arguments"] = arguments
-            box = self.world.box
-            pad["is_solid"] = fingertip.can_slip
-            pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
+            pad["is_solid"] = fingertip.can_slip or fingertip.face.is_curved
+            _set_shape(pad, self.world.shape)
             pad["can_slip"] = fingertip.can_slip
             pad["static_friction"] = fingertip.static_friction or fingertip.friction
             pad["slip_column"] = self.n_memory - 1 if fingertip.holds_longer else -1
@@ -194,6 +195,14 @@ def memory_size(fingertips: Sequence[Fingertip]) -> int:
     """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
     relaxations = max(len(fingertip.damping.relaxation()) for fingertip in fingertips)
     return 3 + 4 * relaxations + any(fingertip.holds_longer for fingertip in fingertips)
+
+
+def _set_shape(pad: np.void, shape: Shape) -> None:
+    if isinstance(shape, CompiledShape):
+        pad["nearest_function"], pad["chart_function"] = shape.nearest_function, shape.chart_function
+        pad["shape_data"] = shape.data.ctypes.data
+    elif isinstance(shape, Box):
+        pad["box_rotation"], pad["box_centre"], pad["box_half"] = shape.rotation, shape.centre, shape.half
 
 
 def _set_damping(pad: np.void, damping: Damping) -> None:

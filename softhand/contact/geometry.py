@@ -1,10 +1,13 @@
-"""A tip against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), or against a solid box."""
+"""A tip against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), or against a solid shape."""
 
 from __future__ import annotations
 
 import math
 
 from softhand.compiled import compiled
+from softhand.contact.address import call
+
+NEAREST_CENTRE = 1e-3  # of the radius: J_delta is taken no nearer to its pole R = 0; a run ends long before
 
 
 @compiled
@@ -15,8 +18,8 @@ def place_contact(pad, pose, object_pose, contact):
 
         z_C = -n,   R = n . (p_F - p_O) - d,   p_C = p_F + R z_C
 
-    Against a solid box n points from the nearest point of the box to the tip, and R is its distance: the same over a
-    face, and continuous across edges and vertices.
+    Against a solid shape n points from its nearest point to the tip, and R is the distance: the same over a face, and
+    continuous across edges and vertices. With the tip's centre inside, R is minus the depth below the nearest surface.
 
     (Theta, Phi) are the polar angles of z_C in F, z_C = (sin Phi, cos Theta cos Phi, sin Theta cos Phi) by (14).
     For a law in polar coordinates the axes x_C = dp/dTheta and y_C = dp/dPhi (normalised) are those of (17). They spin
@@ -35,10 +38,12 @@ def place_contact(pad, pose, object_pose, contact):
         for k in range(3):
             tip += pose[3 * k + row] * pad.position[k]
         contact.tip[row] = tip
-    if pad.is_solid:
-        _meet_box(pad, object_pose, contact)
-    else:
+    if not pad.is_solid:
         _meet_face(pad, object_pose, contact)
+    elif pad.nearest_function != 0:
+        _meet_shape(pad, object_pose, contact)
+    else:
+        _meet_box(pad, object_pose, contact)
     distance = contact.distance
     # the axes of F in the world, times z_C: z_C in F
     ux, uy, uz = 0.0, 0.0, 0.0
@@ -58,6 +63,8 @@ def place_contact(pad, pose, object_pose, contact):
         _face_axes(pad, pose, object_pose, contact)
         contact.theta_per_x, contact.phi_per_y, contact.psi_per_x = 1.0, 1.0, 0.0
         return
+    if abs(distance) < NEAREST_CENTRE * pad.radius:
+        distance = math.copysign(NEAREST_CENTRE * pad.radius, distance)
     contact.theta_per_x = 1.0 / (distance * cos_Phi)
     contact.phi_per_y = 1.0 / distance
     contact.psi_per_x = -ux * contact.theta_per_x
@@ -84,9 +91,9 @@ def _meet_face(pad, object_pose, contact):
 
 @compiled
 def _meet_box(pad, object_pose, contact):
-    """z_C in the world and R, against the nearest point of a solid box; the tip's centre must be outside."""
+    """z_C in the world and R, against the nearest point of a solid box."""
     x, y, z = (contact.tip[0] - object_pose[9], contact.tip[1] - object_pose[10], contact.tip[2] - object_pose[11])
-    square, beyond = 0.0, 0
+    square, beyond, depth, inward, side = 0.0, 0, -math.inf, 0, 1.0
     for k in range(3):
         contact.normal[k] = 0.0
     for axis in range(3):
@@ -104,10 +111,16 @@ def _meet_box(pad, object_pose, contact):
             square += gap * gap
             for k in range(3):
                 contact.normal[k] += gap * pad.box_rotation[k, axis]
-    contact.distance = math.sqrt(square)
-    contact.feature = beyond
-    for k in range(3):
-        contact.normal[k] /= contact.distance
+        elif abs(along) - pad.box_half[axis] > depth:
+            depth, inward, side = abs(along) - pad.box_half[axis], axis, math.copysign(1.0, along)
+    contact.distance, contact.feature = math.sqrt(square), beyond
+    if square > 0.0:
+        for k in range(3):
+            contact.normal[k] /= contact.distance
+    else:
+        contact.distance, contact.feature = depth, 1
+        for k in range(3):
+            contact.normal[k] = side * pad.box_rotation[k, inward]
     for row in range(3):
         contact.rotation[row, 2] = -(
             object_pose[row] * contact.normal[0]
@@ -117,12 +130,45 @@ def _meet_box(pad, object_pose, contact):
 
 
 @compiled
+def _meet_shape(pad, object_pose, contact):
+    """z_C in the world and R, against the nearest point of a shape, which its function gives."""
+    near = contact.near
+    for k in range(3):
+        near[k] = 0.0
+        for row in range(3):
+            near[k] += object_pose[3 * k + row] * (contact.tip[row] - object_pose[9 + row])
+    call(pad.nearest_function, pad.shape_data, near)  # type: ignore[call-arg]
+    for k in range(3):
+        contact.normal[k] = near[3 + k]
+    contact.distance = near[6]
+    contact.feature = int(near[7])
+    for row in range(3):
+        contact.rotation[row, 2] = -(
+            object_pose[row] * near[3] + object_pose[3 + row] * near[4] + object_pose[6 + row] * near[5]
+        )
+
+
+@compiled
 def _turned_tangent(pad, normal):
-    """The tangent of the face, turned as little as brings the normal of the face onto that of the contact."""
+    """The tangent at the start, turned as little as brings the normal there onto that of the contact.
+
+    So the axes are a function of the normal alone: fixed in a face, continuous over edges and along curved surfaces, and
+    without a memory. Along a great circle of normals through that of the start, as of a tip that rolls straight on, they
+    do not spin about the normal. Along any other way they spin by the solid angle between that way and the great
+    circles to its ends, and the stored displacement (s1, s2), which keeps its components, turns with them. It keeps its
+    length, so no energy comes or goes for a law that is isotropic in s. Carried over the object without any spin, s
+    would come back from a closed way turned by the solid angle of that way; carried over the tip, by another. Neither is
+    more right than the other, and all differ by as little as the solid angle.
+    """
     n, t = pad.face_normal, pad.face_tangent
     cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]
-    if cosine >= 1.0 - 1e-15 or cosine < -0.999:
+    if cosine >= 1.0 - 1e-15:
         return t[0], t[1], t[2]
+    if cosine < -0.999:  # on the far side no such turn is defined
+        along = t[0] * normal[0] + t[1] * normal[1] + t[2] * normal[2]
+        x, y, z = t[0] - along * normal[0], t[1] - along * normal[1], t[2] - along * normal[2]
+        length = math.sqrt(x * x + y * y + z * z)
+        return x / length, y / length, z / length
     wx, wy, wz = (
         n[1] * normal[2] - n[2] * normal[1],
         n[2] * normal[0] - n[0] * normal[2],
