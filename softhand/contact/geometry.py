@@ -7,7 +7,7 @@ import math
 from softhand.compiled import compiled
 from softhand.contact.address import call
 
-NEAREST_CENTRE = 1e-3  # of the radius: J_delta is taken no nearer to its pole R = 0; a run ends long before
+_POLE = 1e-3  # of the radius: R is taken no nearer to 0, where J_delta and laws have a pole; a run ends long before
 
 
 @compiled
@@ -44,6 +44,8 @@ def place_contact(pad, pose, object_pose, contact):
         _meet_shape(pad, object_pose, contact)
     else:
         _meet_box(pad, object_pose, contact)
+    if abs(contact.distance) < _POLE * pad.radius:
+        contact.distance = math.copysign(_POLE * pad.radius, contact.distance)
     distance = contact.distance
     # the axes of F in the world, times z_C: z_C in F
     ux, uy, uz = 0.0, 0.0, 0.0
@@ -63,8 +65,6 @@ def place_contact(pad, pose, object_pose, contact):
         _face_axes(pad, pose, object_pose, contact)
         contact.theta_per_x, contact.phi_per_y, contact.psi_per_x = 1.0, 1.0, 0.0
         return
-    if abs(distance) < NEAREST_CENTRE * pad.radius:
-        distance = math.copysign(NEAREST_CENTRE * pad.radius, distance)
     contact.theta_per_x = 1.0 / (distance * cos_Phi)
     contact.phi_per_y = 1.0 / distance
     contact.psi_per_x = -ux * contact.theta_per_x

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
 
-import coal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from softhand.errors import ModelError
+from softhand.model.shapes.mesh_file import Mesh, refused
 from softhand.model.shapes.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
 
 MOST_FACES = 5000
-_MOST_TRIANGLES = 1_000_000
-_LARGEST = 10.0  # [m]
 # shares of the size of the mesh: files hold numbers of six or seven digits
 _SAME_POINT = 1e-7
 _SAME_PLANE = 1e-6
@@ -27,59 +22,11 @@ _CONVEX = 1e-5
 _FLAT = 1e-4
 
 
-@dataclass(frozen=True)
-class Mesh:
-    """Triangles as they are in a file."""
-
-    vertices: Array
-    """[m], shape (n, 3)."""
-    triangles: Triangles
-    """Counter-clockwise as seen from outside, shape (m, 3)."""
-    name: str
-    """Of the file, for messages."""
-
-
-def read_mesh(file: Path, scale: Array) -> Mesh:
-    """The triangles of an STL, OBJ or other mesh file.
-
-    Args:
-        file: of the mesh.
-        scale: along each axis, as in the URDF, shape (3,).
-
-    Raises:
-        ModelError: it cannot be read, or has no triangles, numbers that are none, or no size that an object has.
-    """
-    try:
-        model = coal.MeshLoader().load(str(file), scale)
-    except (ValueError, RuntimeError) as error:
-        reason = " ".join(str(error).partition("message:")[2].split()) or "unknown format"
-        raise _refused(file.name, f"cannot be read as a mesh: {reason}", "use STL or OBJ") from error
-    vertices = np.array(model.vertices(), dtype=float).reshape(-1, 3)
-    if model.num_tris > _MOST_TRIANGLES:
-        raise _refused(file.name, f"has {model.num_tris} triangles", "simplify it, its hull is enough")
-    triangles = np.array([[t[0], t[1], t[2]] for t in map(model.tri_indices, range(model.num_tris))], dtype=np.int64)
-    if not len(triangles):
-        raise _refused(file.name, "has no triangles", "export the surface of a solid")
-    vertices = vertices[np.unique(triangles)]
-    triangles = np.unique(triangles, return_inverse=True)[1].reshape(-1, 3)
-    if not np.isfinite(vertices).all():
-        raise _refused(file.name, "has a vertex that is NaN or infinite", "export it again")
-    size = _size(vertices)
-    if not 0.0 < size < _LARGEST:
-        raise _refused(
-            file.name, f"is {size:.3g} m large", f'an object has less than {_LARGEST:g} m; is the mesh in millimetres? '
-            'Then write scale="0.001 0.001 0.001"'
-        )  # fmt: skip
-    if np.prod(scale) < 0.0:
-        triangles = triangles[:, ::-1]
-    return Mesh(vertices, triangles, file.name)
-
-
 def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = False) -> Polyhedron:
     """The convex polyhedron that a mesh is, coplanar triangles merged into faces.
 
     Args:
-        mesh: from `read_mesh`.
+        mesh: from `mesh_file.read_mesh`.
         rotation: axes of the mesh in the object frame, shape (3, 3).
         centre: its origin there [m], shape (3,).
         take_hull: take the convex hull of whatever the mesh is.
@@ -95,13 +42,13 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     try:
         hull = ConvexHull(vertices)
     except QhullError as error:
-        raise _refused(mesh.name, "is too thin to have a convex hull", "export the surface of a solid") from error
+        raise refused(mesh.name, "is too thin to have a convex hull", "export the surface of a solid") from error
     if not take_hull:
         _check_orientation(vertices, triangles, mesh.name)
         _check_convex(vertices, triangles, hull, size, mesh.name)
     normals, polygons = _merge(vertices, hull, _SAME_PLANE * size)
     if len(polygons) > MOST_FACES:
-        raise _refused(
+        raise refused(
             mesh.name, f"has {len(polygons)} faces, of which a contact looks at each in every step",
             f"simplify it to at most {MOST_FACES}, or use <sphere> or <cylinder>",
         )  # fmt: skip
@@ -127,7 +74,7 @@ def _check_thickness(vertices: Array, size: float, name: str) -> None:
     axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=False)[2]
     thickness = float(np.min(np.ptp(vertices @ axes.T, axis=0))) if len(axes) == 3 else 0.0
     if thickness < _FLAT * size:
-        raise _refused(
+        raise refused(
             name, f"is flat: {1e3 * size:.3g} mm large and {1e3 * thickness:.3g} mm thick", "export the surface of a solid"
         )  # fmt: skip
 
@@ -137,13 +84,13 @@ def _check_closed(triangles: Triangles, name: str) -> None:
     edges = Counter((int(t[k]), int(t[k - 2])) for t in triangles for k in range(3))
     twice = sum(count - 1 for count in edges.values())
     if twice:
-        raise _refused(
+        raise refused(
             name, f"has {twice} edges along which triangles look to different sides, some of them inside out, or more "
             "than two meet", "make the normals of the mesh consistent, or set object.hull = true to take its convex hull",
         )  # fmt: skip
     loose = sum((end, start) not in edges for start, end in edges)
     if loose:
-        raise _refused(
+        raise refused(
             name, f"is open: {loose} edges have a triangle on one side only",
             "close its holes, or set object.hull = true to take its convex hull",
         )  # fmt: skip
@@ -152,7 +99,7 @@ def _check_closed(triangles: Triangles, name: str) -> None:
 def _check_orientation(vertices: Array, triangles: Triangles, name: str) -> None:
     a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
     if np.einsum("ij,ij->", a, np.cross(b, c)) < 0.0:
-        raise _refused(
+        raise refused(
             name, "is inside out: its triangles run clockwise as seen from outside",
             "flip its normals, or set object.hull = true to take its convex hull",
         )  # fmt: skip
@@ -167,7 +114,7 @@ def _check_convex(vertices: Array, triangles: Triangles, hull: ConvexHull, size:
     worst = int(np.argmax(depth))
     if depth[worst] > _CONVEX * size:
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[worst])
-        raise _refused(
+        raise refused(
             name, f"is not convex: its surface at ({place}) mm lies {1e3 * depth[worst]:.3g} mm inside its convex hull",
             "set object.hull = true to take the hull; to keep the hollow, cut the object into convex parts with a tool such "
             "as CoACD or V-HACD and hold one of them",
@@ -210,6 +157,3 @@ def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDAr
     outline: NDArray[np.int64] = members[ConvexHull(flat).vertices]
     return outline
 
-
-def _refused(name: str, what: str, remedy: str) -> ModelError:
-    return ModelError(f"mesh {name} {what}; {remedy}.", file=name)

@@ -15,7 +15,8 @@ from softhand.model.meshes import find_mesh
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
 from softhand.model.shapes.ellipsoid import Ellipsoid
-from softhand.model.shapes.mesh import as_polyhedron, read_mesh
+from softhand.model.shapes.mesh import as_polyhedron
+from softhand.model.shapes.mesh_file import read_mesh
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
 from softhand.model.validation.document import read_document
