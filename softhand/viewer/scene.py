@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
 from softhand.model.configuration import rotation_of
+from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.observation import contact_pairs
 from softhand.plant import Plant
 from softhand.recording import Recording
@@ -28,6 +29,7 @@ from softhand.viewer.bodies import DesiredPose, Hand, Object
 from softhand.viewer.contacts import Forces, InternalForces, Tips, Torsion, Trails
 from softhand.viewer.item import LAYERS, Colour, Item, Part, Update
 from softhand.viewer.moment import Moment, check_viewable, recorded_moment
+from softhand.viewer.shapes import ellipsoid
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import read_visuals
 
@@ -87,6 +89,7 @@ class Cast:
         radii: of the undeformed tips [m].
         hand_folder: where the hand's meshes are looked for.
         object_folder: likewise.
+        ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
     """
 
     hand_urdf: str
@@ -95,6 +98,7 @@ class Cast:
     radii: tuple[float, ...]
     hand_folder: Path | None = None
     object_folder: Path | None = None
+    ellipsoid: tuple[float, ...] | None = None
 
 
 class Scales(NamedTuple):
@@ -125,7 +129,11 @@ class Scene:
         skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
-        body = body or read_visuals(cast.object_urdf, cast.object_folder, "collision")[0]
+        touched, _ = read_visuals(cast.object_urdf, cast.object_folder, "collision")
+        if cast.ellipsoid is not None:
+            colour = next((visual.colour for visual in body), None)
+            body = [shape._replace(mesh=ellipsoid(cast.ellipsoid), colour=colour) for shape in touched]
+        body = body or touched
         self.unread += unread
         tips = list(cast.tips)
         colours = [
@@ -232,6 +240,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         tuple(map(float, plant.pads["radius"])),
         world.hand_urdf.parent,
         world.object_urdf.parent,
+        world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
     )
     return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
 
@@ -244,7 +253,16 @@ def _cast_of(recording: Recording) -> Cast:
         _radii_of(recording),
         _folder_of(recording, "hand"),
         _folder_of(recording, "object"),
+        _object_section(recording).get("ellipsoid"),
     )
+
+
+def _object_section(recording: Recording) -> dict[str, Any]:
+    try:
+        section: dict[str, Any] = tomllib.loads(recording.scenario)["object"]
+        return section
+    except (tomllib.TOMLDecodeError, KeyError, TypeError):
+        return {}
 
 
 def _radii_of(recording: Recording) -> tuple[float, ...]:

@@ -80,7 +80,7 @@ def _read_stl(data: bytes) -> tuple[Array, Triangles]:
         corners = np.array([[float(word) for word in row[1:]] for row in rows if row[:1] == [b"vertex"]], dtype=float)
     else:
         raise ValueError(f"neither a text nor a binary STL, which would have {_HEADER} + 50 n bytes; it has {len(data)}")
-    if corners.size % 9 or corners.shape[-1] != 3:
+    if corners.size % 9 or (corners.size and corners.shape[-1] != 3):
         raise ValueError("not three vertices of three numbers to each triangle")
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
