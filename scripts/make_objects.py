@@ -73,7 +73,9 @@ def main() -> None:
     (URDF / "meshes").mkdir(exist_ok=True)
     (URDF / "meshes" / "prism.obj").write_text(prism(SIDES, r, h))
     note = f"Prism of {SIDES} sides, {2e3 * r:g} mm between opposite edges, {1e3 * h:g} mm high"
-    text = urdf("prism", note, m, prism_inertia(SIDES, r, h, m), '<mesh filename="meshes/prism.obj"/>', "0.45 0.68 0.42")
+    text = urdf(
+        "prism", note, m, prism_inertia(SIDES, r, h, m), '<mesh filename="meshes/prism.obj"/>', "0.45 0.68 0.42"
+    )
     (URDF / "prism.urdf").write_text(text)
     moment = 0.4 * BALL_MASS * BALL_RADIUS**2
     ball = urdf(

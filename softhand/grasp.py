@@ -63,7 +63,7 @@ def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
     found = []
     for tip, point in zip(world.tips, contact_points, strict=True):
         foot, _ = world.shape.nearest(point)
-        gap = float(np.linalg.norm(foot - point))
+        gap = float(np.linalg.norm(foot - np.asarray(point, dtype=float)))
         if gap > ON_SURFACE:
             raise GraspError(
                 f"{tip.name}: the contact point {_mm(point)} mm of the object frame is {1e3 * gap:.3g} mm off the "

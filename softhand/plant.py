@@ -35,7 +35,7 @@ class Fingertip:
     face: Face
     damping: Damping = Damping()  # noqa: RUF009  frozen
     can_slip: bool = False
-    """Whether friction has a limit and the object has edges; else the tip rolls, on plane faces as if they had no end."""
+    """Whether friction has a limit and the object has edges; else the tip rolls, on a face as if it had no end."""
     static_friction: float | None = None
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None

@@ -144,7 +144,7 @@ def test_polygons_are_closed_and_look_out() -> None:
 
 def notched() -> tuple[Array, Array]:
     """A box whose upper side has a pit of 10 mm."""
-    top = [side for side in SIDES if all(CORNERS[k, 2] > 0.0 for k in side)][0]
+    top = next(side for side in SIDES if all(CORNERS[k, 2] > 0.0 for k in side))
     rest = [t for t in TRIANGLES.tolist() if not all(CORNERS[k, 2] > 0.0 for k in t)]
     return np.vstack([CORNERS, [0.0, 0.0, 0.020]]), np.array([*rest, *([top[k - 1], top[k], 8] for k in range(4))])
 
@@ -173,7 +173,7 @@ def test_a_fold_between_hull_vertices_is_found() -> None:
         (CORNERS, TRIANGLES[:-1], "is open: 3 edges have a triangle on one side only"),
         (CORNERS, TRIANGLES[:, ::-1], "is inside out"),
         (CORNERS, np.vstack([TRIANGLES[:-1], TRIANGLES[-1:, ::-1]]), "3 edges along which triangles look to different"),
-        (CORNERS * [1.0, 1.0, 1e-6], TRIANGLES, "is flat: 66.6 mm large and 6e-05 mm thick"),
+        (CORNERS * [1.0, 1.0, 1e-6], TRIANGLES, "is flat: 66.6 mm large, 6e-05 mm thick"),
         (CORNERS * [1.0, 1.0, 0.0], TRIANGLES, "is flat"),
         (CORNERS * [1.0, 0.0, 0.0], TRIANGLES, "is flat"),
     ],
@@ -203,9 +203,17 @@ def test_too_many_faces_are_refused() -> None:
         ("a.obj", b"", "has no triangles"),
         ("a.obj", b"v 0 0 x\n", "could not convert"),
         ("a.obj", b"v 0 0\nf 1 1 1\n", "line 1 has a vertex of fewer than three numbers"),
-        ("a.obj", b"v 0 0 0\nf 1 2 3\n", "line 2 has a face with fewer than three vertices or with one that is not there"),
+        (
+            "a.obj",
+            b"v 0 0 0\nf 1 2 3\n",
+            "line 2 has a face with fewer than three vertices or with one that is not there",
+        ),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", "has a vertex that is NaN or infinite"),
-        ("a.obj", b"v 0 0 0\nv 60 0 0\nv 0 60 0\nf 1 2 3\n", "is 84.9 m large; an object has less than 10 m; if the mesh"),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 60 0 0\nv 0 60 0\nf 1 2 3\n",
+            "is 84.9 m large; an object has less than 10 m; if the mesh",
+        ),
         ("a.obj", b"v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "is 0 m large"),
     ],
 )
@@ -227,7 +235,9 @@ def test_the_urdf_is_named_too(tmp_path: Path) -> None:
     (tmp_path / "my.urdf").write_text(
         text.replace('<mesh filename="meshes/prism.obj"/>', '<capsule radius="0.01" length="0.05"/>')
     )
-    with pytest.raises(ModelError, match="exactly one collision shape, a <box>, <sphere>, <cylinder>, <mesh>; found: caps"):
+    with pytest.raises(
+        ModelError, match="exactly one collision shape, a <box>, <sphere>, <cylinder>, <mesh>; found: caps"
+    ):
         world_of(tmp_path / "my.urdf")
 
 
@@ -244,7 +254,9 @@ def test_a_mutated_mesh_is_read_or_refused(data: st.DataObject, tmp_path_factory
     for _ in range(data.draw(st.integers(1, 4))):
         start = data.draw(st.integers(0, len(content)))
         end = start + data.draw(st.integers(0, 40))
-        new = data.draw(st.sampled_from([b"", b"-", b"9", b".", b"e9", b" ", b"\n", b"nan", b"\x00\xff\x7f", b"0 0 0\n", b"1"]))
+        new = data.draw(
+            st.sampled_from([b"", b"-", b"9", b".", b"e9", b" ", b"\n", b"nan", b"\x00\xff\x7f", b"0 0 0\n", b"1"])
+        )
         content = content[:start] + new + content[end:]
     file = tmp_path_factory.mktemp("mesh") / ("a.obj" if kind == ".obj" else "a.stl")
     file.write_bytes(content)

@@ -152,13 +152,13 @@ def _meet_shape(pad, object_pose, contact):
 def _turned_tangent(pad, normal):
     """The tangent at the start, turned as little as brings the normal there onto that of the contact.
 
-    So the axes are a function of the normal alone: fixed in a face, continuous over edges and along curved surfaces, and
-    without a memory. Along a great circle of normals through that of the start, as of a tip that rolls straight on, they
-    do not spin about the normal. Along any other way they spin by the solid angle between that way and the great
+    So the axes are a function of the normal alone: fixed in a face, continuous over edges and along curved surfaces,
+    and without a memory. Along a great circle of normals through that of the start, as of a tip that rolls straight on,
+    they do not spin about the normal. Along any other way they spin by the solid angle between that way and the great
     circles to its ends, and the stored displacement (s1, s2), which keeps its components, turns with them. It keeps its
     length, so no energy comes or goes for a law that is isotropic in s. Carried over the object without any spin, s
-    would come back from a closed way turned by the solid angle of that way; carried over the tip, by another. Neither is
-    more right than the other, and all differ by as little as the solid angle.
+    would come back from a closed way turned by the solid angle of that way; carried over the tip, by another. Neither
+    is more right than the other, and all differ by as little as the solid angle.
     """
     n, t = pad.face_normal, pad.face_tangent
     cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]

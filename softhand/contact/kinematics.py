@@ -129,9 +129,9 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         psi'     = w_z + sinPhi theta' + T_go M_go alpha_o'                                             (40)
         K_R      = 1 / R + R_psi K_go R_psi                                                             (41)
 
-    A plane face has K_go = 0, M_go = I, T_go = 0, and alpha_o are the coordinates of the contact point in the face frame,
-    whose origin is the foot of the perpendicular from the object frame's origin. Curved shapes have coordinates of their
-    own. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
+    A plane face has K_go = 0, M_go = I, T_go = 0, and alpha_o are the coordinates of the contact point in the face
+    frame, whose origin is the foot of the perpendicular from the object frame's origin. Curved shapes have coordinates
+    of their own. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
     are then the angles Theta, Phi and Psi of the deformed tip, and (38)-(40) hold with V_C the whole relative velocity.
 
     Args:

@@ -29,8 +29,8 @@ _CORNERS = 12  # on each rim
 class Cylinder(CurvedShape):
     """A cylinder along its z axis.
 
-    Its coordinates alpha_o are the angle about the axis and the length along the outline, 0 at half the height, positive
-    towards +z, which goes on over the rim to the middle of the flat end. The x axis of C_O goes round.
+    Its coordinates alpha_o are the angle about the axis and the length along the outline, 0 at half the height,
+    positive towards +z, which goes on over the rim to the middle of the flat end. The x axis of C_O goes round.
     """
 
     radius: float
@@ -90,7 +90,7 @@ class Cylinder(CurvedShape):
         """Points round both rims."""
         angle = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
         rim = self.radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)])
-        ends = [rim + [0.0, 0.0, side * self.half] for side in (-1.0, 1.0)]
+        ends = [rim + np.array([0.0, 0.0, side * self.half]) for side in (-1.0, 1.0)]
         return self.in_object(np.concatenate(ends), np.zeros((2 * _CORNERS, 3)))[0]
 
     def surface_points(self, count: int) -> tuple[Array, Array]:

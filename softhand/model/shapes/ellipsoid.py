@@ -64,14 +64,15 @@ class Ellipsoid(CurvedShape):
 def _nearest(a, b, c, x, y, z):
     """Outward normal at the nearest point, and signed distance.
 
-    The nearest point p of y obeys y - p = t (p_i / a_i^2), so p_i = a_i^2 y_i / (t + a_i^2), and t is the largest root of
+    The nearest point p of y obeys y - p = t (p_i / a_i^2), so p_i = a_i^2 y_i / (t + a_i^2), and t is the largest root
+    of
 
         g(t) = sum {a_i y_i / (t + a_i^2)}^2 - 1
 
-    g falls and is convex above minus the square of the shortest semi-axis m, so Newton's method from a place with g >= 0
-    goes to the root without passing it. It is done in s = t + m^2, where nothing cancels. Where no such root is left, the
-    point lies inside on a plane of symmetry, and two points at the end of the axis m are nearest; the positive one is
-    taken.
+    g falls and is convex above minus the square of the shortest semi-axis m, so Newton's method from a place with g >=
+    0 goes to the root without passing it. It is done in s = t + m^2, where nothing cancels. Where no such root is left,
+    the point lies inside on a plane of symmetry, and two points at the end of the axis m are nearest; the positive one
+    is taken.
     """
     m2 = min(a * a, b * b, c * c)
     e0, e1, e2 = a * a - m2, b * b - m2, c * c - m2
@@ -119,8 +120,8 @@ def chart_on(data, a, b, c, io):
 
         M = [x . f_u, x . f_v; 0, y . f_v],   T M = (y . f_uu, y . f_uv) / |f_u|
 
-    and K is the slope of the normal, (I - n n^T) diag(1 / a_i^2) / |grad|, in x and y. At the poles, where f_u is zero, x
-    is the limit along the meridian u, and T has no limit: the latitude is then taken a little short of 90 deg.
+    and K is the slope of the normal, (I - n n^T) diag(1 / a_i^2) / |grad|, in x and y. At the poles, where f_u is zero,
+    x is the limit along the meridian u, and T has no limit: the latitude is then taken a little short of 90 deg.
     """
     px, py, pz = point_of(data, io)
     nx, ny, nz = normal_of(data, io)

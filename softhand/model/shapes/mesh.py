@@ -75,7 +75,7 @@ def _check_thickness(vertices: Array, size: float, name: str) -> None:
     thickness = float(np.min(np.ptp(vertices @ axes.T, axis=0))) if len(axes) == 3 else 0.0
     if thickness < _FLAT * size:
         raise refused(
-            name, f"is flat: {1e3 * size:.3g} mm large and {1e3 * thickness:.3g} mm thick", "export the surface of a solid"
+            name, f"is flat: {1e3 * size:.3g} mm large, {1e3 * thickness:.3g} mm thick", "export the surface of a solid"
         )  # fmt: skip
 
 
@@ -86,7 +86,7 @@ def _check_closed(triangles: Triangles, name: str) -> None:
     if twice:
         raise refused(
             name, f"has {twice} edges along which triangles look to different sides, some of them inside out, or more "
-            "than two meet", "make the normals of the mesh consistent, or set object.hull = true to take its convex hull",
+            "than two meet", "make its normals consistent, or set object.hull = true to take its convex hull",
         )  # fmt: skip
     loose = sum((end, start) not in edges for start, end in edges)
     if loose:
@@ -116,8 +116,8 @@ def _check_convex(vertices: Array, triangles: Triangles, hull: ConvexHull, size:
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[worst])
         raise refused(
             name, f"is not convex: its surface at ({place}) mm lies {1e3 * depth[worst]:.3g} mm inside its convex hull",
-            "set object.hull = true to take the hull; to keep the hollow, cut the object into convex parts with a tool such "
-            "as CoACD or V-HACD and hold one of them",
+            "set object.hull = true to take the hull; to keep the hollow, cut the object into convex parts with a tool "
+            "such as CoACD or V-HACD and hold one of them",
         )  # fmt: skip
 
 
@@ -156,4 +156,3 @@ def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDAr
     flat = vertices[members] @ np.column_stack([first, np.cross(normal, first)])
     outline: NDArray[np.int64] = members[ConvexHull(flat).vertices]
     return outline
-

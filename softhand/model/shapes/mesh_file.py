@@ -79,7 +79,9 @@ def _read_stl(data: bytes) -> tuple[Array, Triangles]:
         rows = [line.split() for line in data.split(b"\n")]
         corners = np.array([[float(word) for word in row[1:]] for row in rows if row[:1] == [b"vertex"]], dtype=float)
     else:
-        raise ValueError(f"neither a text nor a binary STL, which would have {_HEADER} + 50 n bytes; it has {len(data)}")
+        raise ValueError(
+            f"neither a text nor a binary STL, which would have {_HEADER} + 50 n bytes; it has {len(data)}"
+        )
     if corners.size % 9 or (corners.size and corners.shape[-1] != 3):
         raise ValueError("not three vertices of three numbers to each triangle")
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
@@ -99,6 +101,8 @@ def _read_obj(data: bytes) -> tuple[Array, Triangles]:
             corners = [int(word.split(b"/")[0]) for word in words[1:]]
             places = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
             if len(places) < 3 or not all(0 <= place < len(vertices) for place in places):
-                raise ValueError(f"line {number} has a face with fewer than three vertices or with one that is not there")
+                raise ValueError(
+                    f"line {number} has a face with fewer than three vertices or with one that is not there"
+                )
             triangles += [(places[0], places[k], places[k + 1]) for k in range(1, len(places) - 1)]
     return np.array(vertices, dtype=float).reshape(-1, 3), np.array(triangles, dtype=np.int64).reshape(-1, 3)

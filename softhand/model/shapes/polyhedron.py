@@ -42,14 +42,17 @@ class Polyhedron(CompiledShape):
     @cached_property
     def offsets(self) -> Array:
         """Distance of each face from the centre [m]: no vertex lies beyond it, shape (m,)."""
-        return np.array([np.max(self.vertices[polygon] @ n) for polygon, n in zip(self.polygons, self.normals, strict=True)])
+        return np.array(
+            [np.max(self.vertices[polygon] @ n) for polygon, n in zip(self.polygons, self.normals, strict=True)]
+        )
 
     def numbers(self) -> Array:
         """Count of faces; of each its normal, offset, place of its first edge and their count; then the edges.
 
         Of each edge: its first vertex, its direction, its length, and the normal in the face that points out of it.
         """
-        rows, edges = [], []
+        rows: list[list[float]] = []
+        edges: list[list[float]] = []
         first = OWN + 1 + _FACE_ROW * len(self.polygons)
         for polygon, normal, offset in zip(self.polygons, self.normals, self.offsets, strict=True):
             rows.append([*normal, offset, first + _EDGE_ROW * len(edges), len(polygon)])
@@ -131,7 +134,6 @@ class Polyhedron(CompiledShape):
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Spread over the triangles into which the polygons are cut."""
-        points, normals = [], []
         triangles = [(p[0], p[k], p[k + 1], n) for p, n in zip(self.polygons, self.normals, strict=True)
                      for k in range(1, len(p) - 1)]  # fmt: skip
         corners = self.vertices[np.array([triangle[:3] for triangle in triangles])]

@@ -13,8 +13,9 @@ A shape is data of the kernels and not part of them, as fingertip laws are: each
     16..18   K_go [1/m], symmetric: k11, k12, k22
     19..20   T_go [1/m]
 
-`nearest` fills 3 to 7. `chart`, which curved shapes have, takes a point of the surface and its normal, 0 to 5, and fills
-the rest. With the x axis, y = z cross x and the rate of alpha_o they say how the point moves and the frame C_O turns,
+`nearest` fills 3 to 7. `chart`, which curved shapes have, takes a point of the surface and its normal, 0 to 5, and
+fills the rest. With the x axis, y = z cross x and the rate of alpha_o they say how the point moves and the frame C_O
+turns,
 
     v = (M_go alpha_o', 0),   w = (E K_go M_go alpha_o', T_go M_go alpha_o')                                    (34)
 """
@@ -68,7 +69,7 @@ class Shape(ABC):
 
     @abstractmethod
     def surface_points(self, count: int) -> tuple[Array, Array]:
-        """Points spread evenly over the surface, off its edges [m], and outward normals there, shape (count, 3) each."""
+        """Points spread evenly over the surface, off its edges [m], and outward normals there, shapes (count, 3)."""
 
     @abstractmethod
     def nearest(self, point: ArrayLike) -> tuple[Array, Array]:
