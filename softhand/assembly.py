@@ -109,6 +109,8 @@ def read_world(scenario: Scenario) -> World:
         resolve_path(scenario.object.urdf),
         scenario.object.mass,
         scenario.gravity,
+        scenario.object.ellipsoid,
+        scenario.object.hull,
     )
 
 

@@ -15,7 +15,7 @@ from softhand.contact.pads import Fingertip, memory_size
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.model.arm import REACHED, Arm
-from softhand.model.faces import Face
+from softhand.model.shapes.face import Face
 from softhand.model.world import World
 from softhand.observation import contact_pairs
 from softhand.plant import State
@@ -23,7 +23,7 @@ from softhand.roots import find_root
 
 Array = NDArray[np.float64]
 
-ON_FACE = 1e-6  # [m] a contact point may lie so far from its face
+ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 _ANSWERED = 1e-9  # of the force
 RIM = math.radians(1.0)
 APEX = math.radians(89.0)
@@ -52,26 +52,27 @@ class Grasp:
 
 
 def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
-    """The face of the object that each contact point lies on.
+    """The face of the object that each contact point lies on, or the tangent plane of a curved surface there.
 
     Args:
         world: hand and object.
         contact_points: in the object frame [m], one a tip.
 
     Raises:
-        GraspError: a point lies on no face.
+        GraspError: a point does not lie on the surface.
     """
     found = []
     for tip, point in zip(world.tips, contact_points, strict=True):
-        face = min(world.faces, key=lambda face: abs(face.distance(point)) + max(face.overhang(point), 0.0))
-        gap = max(abs(face.distance(point)), face.overhang(point))
-        if gap > ON_FACE:
+        foot, _ = world.shape.nearest(point)
+        gap = float(np.linalg.norm(foot - np.asarray(point, dtype=float)))
+        if gap > ON_SURFACE:
             raise GraspError(
                 f"{tip.name}: the contact point {_mm(point)} mm of the object frame is {1e3 * gap:.3g} mm off the "
-                "nearest face; give a point of the surface in grasp.contact_points.",
+                f"surface; the nearest point of it is {_mm(foot)} mm. Give a point of the surface in "
+                "grasp.contact_points.",
                 finger=tip.name, quantity="contact point", value=gap,
             )  # fmt: skip
-        found.append(face)
+        found.append(world.shape.face_at(point))
     return found
 
 

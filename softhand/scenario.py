@@ -62,10 +62,14 @@ class ObjectSection(Settings):
         mass: replaces the mass of the URDF and scales its inertia alike [kg].
         position: origin of the object frame at the start, in the base frame [m].
         rpy: roll, pitch, yaw at the start [rad].
+        ellipsoid: semi-axes of an ellipsoid that takes the place of the URDF's collision shape [m].
+        hull: take the convex hull of a collision mesh that is not convex.
     """
 
     urdf: str
     mass: Positive | None = None
+    ellipsoid: tuple[Positive, Positive, Positive] | None = None
+    hull: bool = False
     position: Vector3
     rpy: Vector3
 
@@ -164,7 +168,7 @@ class GraspSection(Settings):
     """The grasp at the start.
 
     Attributes:
-        contact_points: one a fingertip, on a face, in the object frame [m].
+        contact_points: one a fingertip, on the surface, in the object frame [m].
         internal_force: at the start, one number a pair of fingertips; positive squeezes [N].
         joint_guess: where the inverse kinematics starts, one number a joint [rad].
     """

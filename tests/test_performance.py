@@ -15,7 +15,7 @@ from softhand.assembly import read_law
 from softhand.contact.records import CONTACT
 from softhand.dampings.fung import Fung
 from softhand.laws.conservative import Conservative
-from softhand.model.faces import Face
+from softhand.model.shapes.face import Face
 from softhand.plant import Fingertip
 from softhand.plugins import SHIPPED, find_plugin
 

@@ -14,7 +14,7 @@ from softhand.assembly import build
 from softhand.errors import SimulationStopped
 from softhand.laws.radial import Radial
 from softhand.model.configuration import rotation_of
-from softhand.model.faces import Box
+from softhand.model.shapes.box import Box
 from softhand.plant import Plant, State
 from softhand.scenario import load_scenario, with_law
 
@@ -26,7 +26,7 @@ def task_with(box: Box | None = None) -> Task:
     """The reference hand with surface tips that can slip, and the object as another box."""
     task = reference_task()
     tips = tuple(replace(tip, can_slip=True, law=Radial(radius=R)) for tip in task.fingertips)
-    world = replace(task.world, box=box or task.world.box)
+    world = replace(task.world, shape=box or task.world.shape)
     return replace(task, world=world, fingertips=tips)
 
 
@@ -55,7 +55,7 @@ def test_the_contact_is_the_nearest_point(outside: tuple[int, int, int], box: Bo
     """Over a face, an edge or a vertex: point, distance and normal are those of the nearest point of the box."""
     rng = np.random.default_rng(1)
     task = task_with(box)
-    plant, solid = task.plant(), task.world.box
+    plant, solid = task.plant(), task.world.shape
     for _ in range(5):
         local = np.where(outside, np.multiply(outside, solid.half + rng.uniform(1e-3, 9e-3, 3)),
                          rng.uniform(-0.9, 0.9, 3) * solid.half)  # fmt: skip
@@ -76,7 +76,7 @@ def test_the_depth_changes_with_the_normal_velocity(outside: tuple[int, int, int
     """d R / dt = -v_z on faces, edges and vertices, by finite differences: the normal force has an energy."""
     rng = np.random.default_rng(2)
     task = task_with(TILTED)
-    plant, solid, model = task.plant(), task.world.box, task.world.model
+    plant, solid, model = task.plant(), task.world.shape, task.world.model
     for _ in range(5):
         local = np.where(outside, np.multiply(outside, solid.half + rng.uniform(2e-3, 8e-3, 3)),
                          rng.uniform(-0.8, 0.8, 3) * solid.half)  # fmt: skip
@@ -94,7 +94,7 @@ def test_the_force_is_continuous_over_an_edge() -> None:
     """A tip that moves over an edge in steps of a micrometre meets no jump of its force, and the normal turns."""
     rng = np.random.default_rng(3)
     task = task_with()
-    plant, half = task.plant(), task.world.box.half
+    plant, half = task.plant(), task.world.shape.half
     forces, normals = [], []
     base = placed(plant, np.array([half[0] + 0.007, 0.0, half[2] - 0.002]), rng)
     rotation = None

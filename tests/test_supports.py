@@ -63,7 +63,7 @@ def lying(
     away = Carriage("y", (1.0, 0.0, 1.0), mass=1.0, inertia=1.0)
     world = make_world([away], Body(MASS, BOX.inertia, size), gravity)
     rotation = pin.rpy.rpyToMatrix(0.0, pitch, 0.0)
-    lowest = np.min(world.box.corners() @ rotation[2])
+    lowest = np.min(world.shape.corners() @ rotation[2])
     supports = corners_on_table(world, table_plane(0.0, normal), MU, K, damping)
     return make_rig(world, [tip(world, RIGHT)], (0.0, 0.0, height - lowest), rotation, supports)
 
@@ -90,7 +90,7 @@ def test_the_plane_has_a_normal_and_a_height() -> None:
     """The table n . x = h meets a corner where n . x is below h, by h - n . x, and pushes along n."""
     rig = lying(0.0)
     normal = np.array([0.2, -0.3, 1.0]) / np.linalg.norm([0.2, -0.3, 1.0])
-    corners = rig.plant.world.box.corners() + rig.position
+    corners = rig.plant.world.shape.corners() + rig.position
     height = float(np.sort(corners @ normal)[1]) + 1e-4
     plane = table_plane(height, 3.0 * normal)
     supports = corners_on_table(rig.plant.world, plane, MU, K, 0.0)
@@ -106,7 +106,7 @@ def test_contact_begins_at_the_corner() -> None:
     """The contact point is where the corner meets the plane, so that friction has no lever of its own."""
     rig = lying(-1e-5, pitch=0.3)
     rig.update()
-    corners = rig.position + rig.plant.world.box.corners() @ pin.rpy.rpyToMatrix(0.0, 0.3, 0.0).T
+    corners = rig.position + rig.plant.world.shape.corners() @ pin.rpy.rpyToMatrix(0.0, 0.3, 0.0).T
     touching = rig.plant.support_contacts["force"][:, 2] > 0.0
     np.testing.assert_array_equal(touching, corners[:, 2] < 0.0)
     assert np.count_nonzero(touching) == 2
@@ -383,7 +383,7 @@ def dropped(step: float) -> tuple[Recording, Plant]:
     carriages = [Carriage("y", (x, 0.0, 1.0), mass=1.0, inertia=1.0) for x in (-1.0, 1.0)]
     world = make_world(carriages, BOX)
     rotation = pin.rpy.rpyToMatrix(0.05, 0.1, 0.0)
-    lowest = float(np.min(world.box.corners() @ rotation[2]))
+    lowest = float(np.min(world.shape.corners() @ rotation[2]))
     supports = corners_on_table(world, table_plane(0.0), MU, K, C)
     rig = make_rig(world, [tip(world, RIGHT)] * 2, (0.0, 0.0, 0.003 - lowest), rotation, supports)
     rig.velocity[0] = 0.1

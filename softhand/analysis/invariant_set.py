@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from softhand.analysis.lyapunov import read_gains
 from softhand.analysis.probe import Probe, recorded_scenario, recorded_state
+from softhand.errors import ModelError
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
 from softhand.observation import Observation
@@ -74,8 +75,17 @@ def examine(probe: Probe, seen: Observation, K_O: Array) -> InvariantSet:
         probe: at the state.
         seen: what it returned.
         K_O: diagonal of the gain, shape (6,).
+
+    Raises:
+        ModelError: a tip touches a curved surface.
     """
     nc = len(probe.laws)
+    if any(fingertip.face.is_curved for fingertip in probe.plant.fingertips):
+        raise ModelError(
+            f"{probe.plant.world.object_urdf}: L of (60) is written for plane faces, and this object is curved where "
+            "it is touched; `softhand stability` takes it.",
+            file=str(probe.plant.world.object_urdf),
+        )
     planes = [_Plane(law, fingertip.face.normal, fingertip.face.tangent, fingertip.face.offset)
               for law, fingertip in zip(probe.laws, probe.plant.fingertips, strict=True)]  # fmt: skip
     inertia = probe.plant.world.model.inertias[probe.plant.world.object_joint]

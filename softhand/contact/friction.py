@@ -37,7 +37,7 @@ def spin_length(pad, distance):
         return pad.torsion_length
     r = pad.radius
     e = 1.0 - distance / r
-    if not e > 0.0:
+    if not 0.0 < e < 1.0:
         return 0.0
     c = 1.0 - e
     if pad.torsion_share > 0.0:

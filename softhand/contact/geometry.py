@@ -1,11 +1,14 @@
-"""A pad against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), a solid box, or a ball."""
+"""A pad against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), a solid shape, or a ball."""
 
 from __future__ import annotations
 
 import math
 
 from softhand.compiled import compiled
+from softhand.contact.address import call
 from softhand.contact.records import PLANE, SOLID
+
+_POLE = 1e-3  # of the radius: R is taken no nearer to 0, where J_delta and laws have a pole; a run ends long before
 
 
 @compiled
@@ -23,12 +26,16 @@ def find_nearest(pad, pose, base_pose, contact):
         for k in range(3):
             tip += pose[3 * k + row] * pad.position[k]
         contact.tip[row] = tip
-    if pad.shape == SOLID:
-        _meet_box(pad, base_pose, contact)
-    elif pad.shape == PLANE:
+    if pad.shape == PLANE:
         _meet_face(pad, base_pose, contact)
-    else:
+    elif pad.shape != SOLID:
         _meet_ball(pad, base_pose, contact)
+    elif pad.nearest_function != 0:
+        _meet_shape(pad, base_pose, contact)
+    else:
+        _meet_box(pad, base_pose, contact)
+    if abs(contact.distance) < _POLE * pad.radius:
+        contact.distance = math.copysign(_POLE * pad.radius, contact.distance)
 
 
 @compiled
@@ -39,9 +46,10 @@ def place_contact(pad, pose, object_pose, contact):
 
         z_C = -n,   R = n . (p_F - p_O) - d,   p_C = p_F + R z_C
 
-    Against a solid box n points from the nearest point of the box to the tip, and R is its distance: the same over a
-    face, and continuous across edges and vertices. Between two balls n lies on the line of their centres, and p_C
-    between them: it lies deeper in the base by the share of dr that the base takes.
+    Against a solid shape n points from its nearest point to the tip, and R is the distance: the same over a face, and
+    continuous across edges and vertices. With the tip's centre inside, R is minus the depth below the nearest surface.
+    Between two balls n lies on the line of their centres, and p_C between them: it lies deeper in the base by the share
+    of dr that the base takes.
 
     (Theta, Phi) are the polar angles of z_C in F, z_C = (sin Phi, cos Theta cos Phi, sin Theta cos Phi) by (14).
     For a law in polar coordinates the axes x_C = dp/dTheta and y_C = dp/dPhi (normalised) are those of (17). They spin
@@ -101,9 +109,9 @@ def _meet_face(pad, object_pose, contact):
 
 @compiled
 def _meet_box(pad, object_pose, contact):
-    """z_C in the world and R, against the nearest point of a solid box; the tip's centre must be outside."""
+    """z_C in the world and R, against the nearest point of a solid box."""
     x, y, z = (contact.tip[0] - object_pose[9], contact.tip[1] - object_pose[10], contact.tip[2] - object_pose[11])
-    square, beyond = 0.0, 0
+    square, beyond, depth, inward, side = 0.0, 0, -math.inf, 0, 1.0
     for k in range(3):
         contact.normal[k] = 0.0
     for axis in range(3):
@@ -121,10 +129,16 @@ def _meet_box(pad, object_pose, contact):
             square += gap * gap
             for k in range(3):
                 contact.normal[k] += gap * pad.box_rotation[k, axis]
-    contact.distance = math.sqrt(square)
-    contact.feature = beyond
-    for k in range(3):
-        contact.normal[k] /= contact.distance
+        elif abs(along) - pad.box_half[axis] > depth:
+            depth, inward, side = abs(along) - pad.box_half[axis], axis, math.copysign(1.0, along)
+    contact.distance, contact.feature = math.sqrt(square), beyond
+    if square > 0.0:
+        for k in range(3):
+            contact.normal[k] /= contact.distance
+    else:
+        contact.distance, contact.feature = depth, 1
+        for k in range(3):
+            contact.normal[k] = side * pad.box_rotation[k, inward]
     for row in range(3):
         contact.rotation[row, 2] = -(
             object_pose[row] * contact.normal[0]
@@ -156,12 +170,45 @@ def _meet_ball(pad, object_pose, contact):
 
 
 @compiled
+def _meet_shape(pad, object_pose, contact):
+    """z_C in the world and R, against the nearest point of a shape, which its function gives."""
+    near = contact.near
+    for k in range(3):
+        near[k] = 0.0
+        for row in range(3):
+            near[k] += object_pose[3 * k + row] * (contact.tip[row] - object_pose[9 + row])
+    call(pad.nearest_function, pad.shape_data, near)  # type: ignore[call-arg]
+    for k in range(3):
+        contact.normal[k] = near[3 + k]
+    contact.distance = near[6]
+    contact.feature = int(near[7])
+    for row in range(3):
+        contact.rotation[row, 2] = -(
+            object_pose[row] * near[3] + object_pose[3 + row] * near[4] + object_pose[6 + row] * near[5]
+        )
+
+
+@compiled
 def _turned_tangent(pad, normal):
-    """The tangent of the face, turned as little as brings the normal of the face onto that of the contact."""
+    """The tangent at the start, turned as little as brings the normal there onto that of the contact.
+
+    So the axes are a function of the normal alone: fixed in a face, continuous over edges and along curved surfaces,
+    and without a memory. Along a great circle of normals through that of the start, as of a tip that rolls straight on,
+    they do not spin about the normal. Along any other way they spin by the solid angle between that way and the great
+    circles to its ends, and the stored displacement (s1, s2), which keeps its components, turns with them. It keeps its
+    length, so no energy comes or goes for a law that is isotropic in s. Carried over the object without any spin, s
+    would come back from a closed way turned by the solid angle of that way; carried over the tip, by another. Neither
+    is more right than the other, and all differ by as little as the solid angle.
+    """
     n, t = pad.face_normal, pad.face_tangent
     cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]
-    if cosine >= 1.0 - 1e-15 or cosine < -0.999:
+    if cosine >= 1.0 - 1e-15:
         return t[0], t[1], t[2]
+    if cosine < -0.999:  # on the far side no such turn is defined
+        along = t[0] * normal[0] + t[1] * normal[1] + t[2] * normal[2]
+        x, y, z = t[0] - along * normal[0], t[1] - along * normal[1], t[2] - along * normal[2]
+        length = math.sqrt(x * x + y * y + z * z)
+        return x / length, y / length, z / length
     wx, wy, wz = (
         n[1] * normal[2] - n[2] * normal[1],
         n[2] * normal[0] - n[0] * normal[2],

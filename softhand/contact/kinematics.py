@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.compiled import compiled
+from softhand.contact.address import call
 
 
 @compiled
@@ -121,16 +122,18 @@ def deformation_jacobian(distance, sin_Phi, cos_Phi, J_delta):
 
 @compiled
 def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate):
-    """eta = (theta, phi, alpha_o, psi) of (15), (20) and its rate by (38)-(40) for a plane face.
+    """eta = (theta, phi, alpha_o, psi) of (15), (20) and its rate by (38)-(41).
 
-    With E = [0 -1; 1 0], a plane (K_go = 0, M_go = I, T_go = 0) and (v, w) the rolling velocity V_C of (35):
+    With E = [0 -1; 1 0], K_go, M_go and T_go of the object's surface and (v, w) the rolling velocity V_C of (35):
 
-        alpha_f' = M_f^-1 R E w_xy                          (38)
-        alpha_o' = R_psi^-1 (R E w_xy + v_xy)               (39), with + where the paper prints -
-        psi'     = w_z + sinPhi theta'                      (40)
+        alpha_f' = M_f^-1 K_R^-1 (E w_xy - R_psi K_go R_psi v_xy)                                       (38)
+        alpha_o' = M_go^-1 R_psi^-1 K_R^-1 (E w_xy + v_xy / R)          (39), with + where the paper prints -
+        psi'     = w_z + sinPhi theta' + T_go M_go alpha_o'                                             (40)
+        K_R      = 1 / R + R_psi K_go R_psi                                                             (41)
 
-    alpha_o are the coordinates of the contact point in the face frame, whose origin is the foot of the perpendicular
-    from the object frame's origin. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
+    A plane face has K_go = 0, M_go = I, T_go = 0, and alpha_o are the coordinates of the contact point in the face
+    frame, whose origin is the foot of the perpendicular from the object frame's origin. Curved shapes have coordinates
+    of their own. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
     are then the angles Theta, Phi and Psi of the deformed tip, and (38)-(40) hold with V_C the whole relative velocity.
 
     Args:
@@ -140,17 +143,22 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         object_pose: pose of the object, shape (12,).
         J: world Jacobians of `Snapshot`, shape (6, nv).
         v: velocity, shape (nv,).
-        eta: theta, phi [rad], alpha_o [m] (two), psi [rad], set, shape (5,).
+        eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad], set, shape (5,).
         eta_rate: set, shape (5,).
     """
     R = contact.rotation
     cosine, sine = _polar_axes(pad, contact)
-    # face frame in the world; x_C of (17) in it gives Psi
+    # C_O in the world; x_C of (17) in it gives Psi
     x_C_x, x_C_y, alpha_x, alpha_y = 0.0, 0.0, 0.0, 0.0
-    n, t = pad.face_normal, pad.face_tangent
-    sx, sy, sz = n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
+    n, chart = pad.face_normal, contact.near
+    tx, ty, tz = pad.face_tangent[0], pad.face_tangent[1], pad.face_tangent[2]
+    if pad.chart_function != 0:
+        _read_chart(pad, contact, object_pose, chart)
+        n = contact.normal
+        tx, ty, tz = chart[10], chart[11], chart[12]
+    sx, sy, sz = n[1] * tz - n[2] * ty, n[2] * tx - n[0] * tz, n[0] * ty - n[1] * tx
     for row in range(3):
-        tangent = object_pose[row] * t[0] + object_pose[3 + row] * t[1] + object_pose[6 + row] * t[2]
+        tangent = object_pose[row] * tx + object_pose[3 + row] * ty + object_pose[6 + row] * tz
         second = object_pose[row] * sx + object_pose[3 + row] * sy + object_pose[6 + row] * sz
         arm = contact.point[row] - object_pose[9 + row]
         x_C = cosine * R[row, 0] + sine * R[row, 1]
@@ -165,6 +173,8 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         psi_rate = contact.deformation_rate[3]
     eta[0], eta[1] = contact.angles[0] + dtheta, contact.angles[1] + dphi
     eta[2], eta[3] = alpha_x, alpha_y
+    if pad.chart_function != 0:
+        eta[2], eta[3] = chart[8], chart[9]
     eta[4] = math.atan2(-x_C_y, x_C_x) - dpsi
     relative_x, relative_y = _relative_spin(pad, contact, columns, J, v)
     wx = cosine * relative_x + sine * relative_y + phi_rate
@@ -173,11 +183,51 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
     vx = cosine * velocity[0] + sine * velocity[1] - distance * contact.cos_Phi * theta_rate
     vy = cosine * velocity[1] - sine * velocity[0] - distance * phi_rate
     wz = velocity[3] - contact.sin_Phi * theta_rate - psi_rate
+    if pad.chart_function != 0:
+        wx, wy, wz = _roll_on(chart, x_C_x, x_C_y, distance, vx, vy, wx, wy, wz, eta_rate)
+    else:
+        along, across = -distance * wy + vx, distance * wx + vy
+        eta_rate[2] = x_C_x * along + x_C_y * across  # R_psi = [cosPsi -sinPsi; -sinPsi -cosPsi] is its own inverse
+        eta_rate[3] = x_C_y * along - x_C_x * across
     eta_rate[0], eta_rate[1] = -wy / contact.cos_Phi, wx
-    along, across = -distance * wy + vx, distance * wx + vy
-    eta_rate[2] = x_C_x * along + x_C_y * across  # R_psi = [cosPsi -sinPsi; -sinPsi -cosPsi] is its own inverse
-    eta_rate[3] = x_C_y * along - x_C_x * across
     eta_rate[4] = wz + contact.sin_Phi * eta_rate[0]
+
+
+@compiled
+def _read_chart(pad, contact, object_pose, chart):
+    """What the shape says of its surface at the contact point, see `model.shapes.shape`."""
+    for k in range(3):
+        chart[k] = 0.0
+        for row in range(3):
+            chart[k] += object_pose[3 * k + row] * (contact.point[row] - object_pose[9 + row])
+        chart[3 + k] = contact.normal[k]
+    call(pad.chart_function, pad.shape_data, chart)  # type: ignore[call-arg]
+
+
+@compiled
+def _roll_on(chart, x_C_x, x_C_y, distance, vx, vy, wx, wy, wz, eta_rate):
+    """Sets alpha_o' by (39); returns the w_xy that makes (38) that of a plane, and w_z with T_go M_go alpha_o' of (40).
+
+    All in axes of C_O, where K_R is 1 / R + K_go; R_psi turns into it and back.
+    """
+    k11, k12, k22 = chart[16], chart[17], chart[18]
+    a, b = x_C_y * wx - x_C_x * wy, -x_C_y * wy - x_C_x * wx  # E w_xy
+    p, q = x_C_x * vx + x_C_y * vy, x_C_y * vx - x_C_x * vy  # v_xy
+    r11, r22 = 1.0 / distance + k11, 1.0 / distance + k22
+    determinant = r11 * r22 - k12 * k12
+    first, second = a + p / distance, b + q / distance
+    moved = (r22 * first - k12 * second) / determinant  # M_go alpha_o'
+    turned = (r11 * second - k12 * first) / determinant
+    eta_rate[3] = turned / chart[15]
+    eta_rate[2] = (moved - chart[14] * eta_rate[3]) / chart[13]
+    first, second = a - k11 * p - k12 * q, b - k12 * p - k22 * q
+    along = (r22 * first - k12 * second) / (determinant * distance)
+    across = (r11 * second - k12 * first) / (determinant * distance)
+    return (
+        x_C_y * along - x_C_x * across,
+        -x_C_x * along - x_C_y * across,
+        wz + chart[19] * moved + chart[20] * turned,
+    )
 
 
 @compiled

@@ -4,33 +4,12 @@ from __future__ import annotations
 
 import math
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
-
 from softhand.compiled import compiled
+from softhand.contact.address import call
 from softhand.contact.damping import damp
 from softhand.contact.friction import CLOSE, GUESSES, MOST_ROUNDS, limit_surface_use, spin_length
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
-
-
-@intrinsic
-def _call(typing_context, address, arguments, results):
-    """Call the machine code void f(double*, double*) at an address; laws are data of the kernel, not part of it."""
-
-    def generate(context, builder, signature, values):
-        pointers = [
-            context.make_array(kind)(context, builder, value).data
-            for kind, value in zip(signature.args[1:], values[1:], strict=True)
-        ]
-        kind = ir.FunctionType(ir.VoidType(), [pointer.type for pointer in pointers])
-        function = builder.inttoptr(values[0], cgutils.voidptr_t)
-        builder.call(builder.bitcast(function, kind.as_pointer()), pointers)
-        return context.get_dummy_value()
-
-    return types.void(address, arguments, results), generate
 
 
 @compiled
@@ -76,7 +55,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
             _blame_law(pad, contact)
         if with_stiffness:
-            _call(pad.stiffness_function, pad.law_arguments, contact.derivatives)  # type: ignore[call-arg]
+            call(pad.stiffness_function, pad.law_arguments, contact.derivatives)  # type: ignore[call-arg]
             _contact_stiffness(contact, contact.derivatives, contact.stiffness)
             if slips:
                 _release(contact.stiffness)
@@ -95,7 +74,7 @@ def _answer(pad, contact):
         pad.law_arguments[4], pad.law_arguments[5] = contact.lean[0], contact.lean[1]
     else:
         pad.law_arguments[4] = contact.angles[1] + contact.deformation[2]
-    _call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
+    call(pad.force_function, pad.law_arguments, contact.deformation_force)  # type: ignore[call-arg]
     contact_force(contact, contact.deformation_force, contact.force)
 
 

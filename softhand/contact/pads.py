@@ -17,7 +17,9 @@ from softhand.contact.records import BALL, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MA
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
 from softhand.laws.law import LEADING, CompiledLaw, Law
-from softhand.model.faces import Face
+from softhand.model.shapes.box import Box
+from softhand.model.shapes.face import Face
+from softhand.model.shapes.shape import CompiledShape
 from softhand.model.world import World
 
 Array = NDArray[np.float64]
@@ -33,7 +35,7 @@ class Fingertip:
     face: Face
     damping: Damping = Damping()  # noqa: RUF009  frozen
     can_slip: bool = False
-    """Whether friction has a limit and the object has edges; else the tip rolls on an endless face under any load."""
+    """Whether friction has a limit and the object has edges; else the tip rolls, on plane faces as if endless."""
     static_friction: float | None = None
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
@@ -157,7 +159,7 @@ def build_pads(
         pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
         pad["base"], pad["radius"] = world.object_joint, fingertip.law.radius
         _set_face(pad, fingertip.face)
-        _set_solid(pad, world, fingertip.can_slip)
+        _set_solid(pad, world, fingertip.can_slip or fingertip.face.is_curved)
         _set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
     for pad, support in zip(pads[len(fingertips) :], supports, strict=True):
@@ -189,10 +191,13 @@ def _set_face(pad: np.void, face: Face) -> None:
     pad["face_normal"], pad["face_tangent"], pad["face_offset"] = face.normal, face.tangent, face.offset
 
 
-def _set_solid(pad: np.void, world: World, has_edges: bool) -> None:
-    box = world.box
-    pad["shape"] = SOLID if has_edges else PLANE
-    pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
+def _set_solid(pad: np.void, world: World, as_it_is: bool) -> None:
+    pad["shape"], shape = SOLID if as_it_is else PLANE, world.shape
+    if isinstance(shape, CompiledShape):
+        pad["nearest_function"], pad["chart_function"] = shape.nearest_function, shape.chart_function
+        pad["shape_data"] = shape.data.ctypes.data
+    elif isinstance(shape, Box):
+        pad["box_rotation"], pad["box_centre"], pad["box_half"] = shape.rotation, shape.centre, shape.half
 
 
 def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: int) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from softhand.laws.law import LEADING
+from softhand.model.shapes.shape import RESULTS
 
 MAX_LAW_PARAMETERS = 16
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
@@ -39,7 +40,10 @@ PAD = np.dtype(
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
-        ("shape", np.int64),  # of the base: PLANE, the face without its edges; SOLID, the box; BALL
+        ("shape", np.int64),  # of the base: PLANE, the face without its edges; SOLID, the object as it is; BALL
+        ("nearest_function", np.int64),  # address of the solid's nearest point, see `model.shapes.shape`; 0 for a box
+        ("chart_function", np.int64),  # address of its surface coordinates; 0 if it has plane faces only
+        ("shape_data", np.int64),  # address of its data
         ("box_rotation", np.float64, (3, 3)),  # axes of the box in the object frame
         ("box_centre", np.float64, 3),  # in the object frame [m]
         ("box_half", np.float64, 3),  # half the length of each side [m]
@@ -63,8 +67,9 @@ CONTACT = np.dtype(
         ("point", np.float64, 3),  # contact point in the world [m]
         ("tip", np.float64, 3),  # origin of F in the world [m]
         ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
-        ("feature", np.int64),  # where on the object: 1 a face, 2 an edge, 3 a vertex
-        ("distance", np.float64),  # R = r - dr: from the origin of F to the face [m]
+        ("feature", np.int64),  # where on the object: 1 a face or curved surface, 2 an edge, 3 a vertex
+        ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
+        ("distance", np.float64),  # R = r - dr: from the origin of F to the surface [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),
         ("cos_Phi", np.float64),

@@ -13,7 +13,7 @@ from softhand.contact.pads import Ball, Fingertip, Support
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.laws.law import Law
 from softhand.laws.plain import Plain
-from softhand.model.faces import Face
+from softhand.model.shapes.face import Face
 from softhand.model.world import World
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def corners_on_table(world: World, plane: Face, friction: float, stiffness: floa
             damping=material,
             torsion_length=_POINT_LENGTH,
         )
-        for k, corner in enumerate(world.box.corners())
+        for k, corner in enumerate(world.shape.corners())
     ]
 
 
@@ -200,12 +200,12 @@ def pad_on_hand(
         radius=radius,
         base=world.object_joint,
         shape=None,
-        face=world.faces[0],
+        face=world.shape.face_at(world.shape.surface_points(1)[0][0]),
         damping=KelvinVoigt(radial=damping, tangential=damping, torsional=damping * lever**2),
     )
 
 
 def depth_in_table(world: World, plane: Face, position: ArrayLike, rotation: NDArray[np.float64]) -> float:
     """How deep the lowest corner of the object lies in the table [m]; negative above it."""
-    corners = world.box.corners() @ rotation.T + np.asarray(position, dtype=float)
+    corners = world.shape.corners() @ rotation.T + np.asarray(position, dtype=float)
     return float(np.max(plane.offset - corners @ plane.normal))

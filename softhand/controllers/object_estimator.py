@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.model.configuration import cross_matrix, rotation_of, turning_of
 from softhand.observation import Observation, carried, contact_pairs
@@ -114,9 +115,18 @@ class ObjectEstimator:
 
     Args:
         seen: the grasp at the start: its pose, the laws of the tips, faces and weight.
+
+    Raises:
+        ScenarioError: a tip touches a curved surface.
     """
 
     def __init__(self, seen: Observation) -> None:
+        if any(tip.face.is_curved for tip in seen.fingertips):
+            raise ScenarioError(
+                "the pose of an object is computed from its plane faces alone, and this one is curved where it is "
+                "touched; choose a controller that measures it, or a mesh.",
+                key="controller.name", value="",
+            )  # fmt: skip
         self._tips = [_Tip(tip.law) for tip in seen.fingertips]
         self._normals = np.array([tip.face.normal for tip in seen.fingertips])
         self._offsets = np.array([tip.face.offset for tip in seen.fingertips])

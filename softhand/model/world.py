@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
-from softhand.model.faces import Box, Face, read_box
 from softhand.model.gravity import list_bodies
+from softhand.model.shapes.face import Face
+from softhand.model.shapes.reading import read_shape
+from softhand.model.shapes.shape import Shape
 from softhand.model.urdf import parse_urdf, read_text
 
 FREE_FLYER_SIZE = 6
@@ -43,7 +45,8 @@ class World:
 
     model: pin.Model
     tips: tuple[Tip, ...]
-    box: Box
+    shape: Shape
+    """Of the object."""
     joint_names: tuple[str, ...]
     hand_urdf: Path
     object_urdf: Path
@@ -53,8 +56,8 @@ class World:
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The faces of the object."""
-        return self.box.faces()
+        """The plane faces of the object."""
+        return self.shape.faces()
 
     def hand_frame(self, name: str) -> tuple[int, pin.SE3]:
         """Joint, 0 for the world, that carries a link or frame of the hand, and its place in the frame of that joint.
@@ -141,23 +144,27 @@ def load_world(
     object_urdf: Path,
     object_mass: float | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    ellipsoid: Sequence[float] | None = None,
+    hull: bool = False,
 ) -> World:
     """Read hand and object and append them.
 
     Args:
         hand_urdf: file with the joints and links of the hand, fixed at its root.
         tip_names: one frame a fingertip: centre of the hemisphere's flat face, x out of the tip.
-        object_urdf: file with one link, whose collision box gives the faces.
+        object_urdf: file with one rigid body, whose collision shape can be touched.
         object_mass: replaces the mass of the file and scales its inertia alike [kg].
         gravity: in the world frame [m/s^2].
+        ellipsoid: semi-axes of an ellipsoid in the place of the object's collision shape [m].
+        hull: take the convex hull of a mesh.
 
     Raises:
-        ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable faces.
+        ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable shape.
     """
     hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
     hand = parse_urdf(hand_text, hand_urdf, folder=Path(hand_urdf).parent)
     body = parse_urdf(object_text, object_urdf, floating=True, folder=Path(object_urdf).parent)
-    box = read_box(object_urdf, body)
+    shape = read_shape(object_text, Path(object_urdf), body, ellipsoid, hull)
     names = tuple(hand.names)[1:]
     tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
     _make_names_distinct(hand, body)
@@ -167,7 +174,7 @@ def load_world(
         inertia = model.inertias[model.njoints - 1]
         scale = object_mass / inertia.mass
         model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, tips, box, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
+    return World(model, tips, shape, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
 def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:

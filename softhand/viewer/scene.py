@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
 from softhand.model.configuration import rotation_of
-from softhand.model.faces import Face
+from softhand.model.shapes.ellipsoid import Ellipsoid
+from softhand.model.shapes.face import Face
 from softhand.observation import contact_pairs
 from softhand.plant import Plant
 from softhand.recording import Recording
@@ -29,6 +30,7 @@ from softhand.viewer.bodies import DesiredPose, Hand, Object, Plane, Table
 from softhand.viewer.contacts import Forces, InternalForces, Tips, Torsion, Trails
 from softhand.viewer.item import LAYERS, Colour, Item, Part, Update
 from softhand.viewer.moment import Moment, check_viewable, recorded_moment
+from softhand.viewer.shapes import ellipsoid
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import read_visuals
 
@@ -89,6 +91,7 @@ class Cast:
         hand_folder: where the hand's meshes are looked for.
         object_folder: likewise.
         table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
+        ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
     """
 
     hand_urdf: str
@@ -98,6 +101,7 @@ class Cast:
     hand_folder: Path | None = None
     object_folder: Path | None = None
     table: tuple[Plane, Array] | None = None
+    ellipsoid: tuple[float, ...] | None = None
 
 
 class Scales(NamedTuple):
@@ -128,7 +132,11 @@ class Scene:
         skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
-        body = body or read_visuals(cast.object_urdf, cast.object_folder, "collision")[0]
+        touched, _ = read_visuals(cast.object_urdf, cast.object_folder, "collision")
+        if cast.ellipsoid is not None:
+            colour = next((visual.colour for visual in body), None)
+            body = [shape._replace(mesh=ellipsoid(cast.ellipsoid), colour=colour) for shape in touched]
+        body = body or touched
         self.unread += unread
         tips = list(cast.tips)
         colours = [
@@ -245,6 +253,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
             ),
             None,
         ),
+        world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
     )
     return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
 
@@ -258,6 +267,7 @@ def _cast_of(recording: Recording) -> Cast:
         _folder_of(recording, "hand"),
         _folder_of(recording, "object"),
         _table_of(recording),
+        _object_section(recording).get("ellipsoid"),
     )
 
 
@@ -269,6 +279,14 @@ def _table_of(recording: Recording) -> tuple[Plane, Array] | None:
         return Plane(float(table["height"]), normal / np.linalg.norm(normal)), recording.object_position[0]
     except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
         return None
+
+
+def _object_section(recording: Recording) -> dict[str, Any]:
+    try:
+        section: dict[str, Any] = tomllib.loads(recording.scenario)["object"]
+        return section
+    except (tomllib.TOMLDecodeError, KeyError, TypeError):
+        return {}
 
 
 def _radii_of(recording: Recording) -> tuple[float, ...]:

@@ -5,6 +5,7 @@ A `Mesh` is vertices, shape (n, 3), and triangles, shape (m, 3), counter-clockwi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -132,6 +133,12 @@ def sphere(radius: float) -> Mesh:
     """About the origin."""
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17)
     return lathe(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def ellipsoid(semi_axes: Sequence[float]) -> Mesh:
+    """An ellipsoid about the origin, of three semi-axes [m]."""
+    ball = sphere(1.0)
+    return Mesh(ball.vertices * semi_axes, ball.faces)
 
 
 def capsule(radius: float, length: float) -> Mesh:

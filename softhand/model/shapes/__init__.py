@@ -1,0 +1,1 @@
+"""Convex shapes of objects, one a file."""

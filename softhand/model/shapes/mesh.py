@@ -1,0 +1,158 @@
+"""Meshes as convex polyhedra: what is refused, and how triangles become faces."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from softhand.model.shapes.mesh_file import Mesh, refused
+from softhand.model.shapes.polyhedron import Polyhedron
+
+Array = NDArray[np.float64]
+Triangles = NDArray[np.int64]
+
+MOST_FACES = 5000
+# shares of the size of the mesh: files hold numbers of six or seven digits
+_SAME_POINT = 1e-7
+_SAME_PLANE = 1e-6
+_CONVEX = 1e-5
+_FLAT = 1e-4
+
+
+def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = False) -> Polyhedron:
+    """The convex polyhedron that a mesh is, coplanar triangles merged into faces.
+
+    Args:
+        mesh: from `mesh_file.read_mesh`.
+        rotation: axes of the mesh in the object frame, shape (3, 3).
+        centre: its origin there [m], shape (3,).
+        take_hull: take the convex hull of whatever the mesh is.
+
+    Raises:
+        ModelError: the mesh is flat, open, inside out or not convex, or has too many faces.
+    """
+    vertices, triangles = _welded(mesh)
+    size = _size(vertices)
+    _check_thickness(vertices, size, mesh.name)
+    if not take_hull:
+        _check_closed(triangles, mesh.name)
+    try:
+        hull = ConvexHull(vertices)
+    except QhullError as error:
+        raise refused(mesh.name, "is too thin to have a convex hull", "export the surface of a solid") from error
+    if not take_hull:
+        _check_orientation(vertices, triangles, mesh.name)
+        _check_convex(vertices, triangles, hull, size, mesh.name)
+    normals, polygons = _merge(vertices, hull, _SAME_PLANE * size)
+    if len(polygons) > MOST_FACES:
+        raise refused(
+            mesh.name, f"has {len(polygons)} faces, of which a contact looks at each in every step",
+            f"simplify it to at most {MOST_FACES}, or use <sphere> or <cylinder>",
+        )  # fmt: skip
+    used, index = np.unique(np.concatenate(polygons), return_inverse=True)
+    parts = np.split(index, np.cumsum([len(polygon) for polygon in polygons])[:-1])
+    return Polyhedron(rotation, centre, vertices[used], tuple(parts), normals)
+
+
+def _size(vertices: Array) -> float:
+    return float(np.linalg.norm(np.ptp(vertices, axis=0)))
+
+
+def _welded(mesh: Mesh) -> tuple[Array, Triangles]:
+    """Vertices at one place made one, and no triangles that have then fewer than three."""
+    grid = np.round((mesh.vertices - mesh.vertices.min(axis=0)) / (_SAME_POINT * _size(mesh.vertices)))
+    _, first, index = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    triangles = index.reshape(-1)[mesh.triangles]
+    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return mesh.vertices[first], triangles[distinct]
+
+
+def _check_thickness(vertices: Array, size: float, name: str) -> None:
+    axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=False)[2]
+    thickness = float(np.min(np.ptp(vertices @ axes.T, axis=0))) if len(axes) == 3 else 0.0
+    if thickness < _FLAT * size:
+        raise refused(
+            name, f"is flat: {1e3 * size:.3g} mm large, {1e3 * thickness:.3g} mm thick", "export the surface of a solid"
+        )  # fmt: skip
+
+
+def _check_closed(triangles: Triangles, name: str) -> None:
+    """Each edge has one triangle on either side, which pass it in opposite directions."""
+    edges = Counter((int(t[k]), int(t[k - 2])) for t in triangles for k in range(3))
+    twice = sum(count - 1 for count in edges.values())
+    if twice:
+        raise refused(
+            name, f"has {twice} edges along which triangles look to different sides, some of them inside out, or more "
+            "than two meet", "make its normals consistent, or set object.hull = true to take its convex hull",
+        )  # fmt: skip
+    loose = sum((end, start) not in edges for start, end in edges)
+    if loose:
+        raise refused(
+            name, f"is open: {loose} edges have a triangle on one side only",
+            "close its holes, or set object.hull = true to take its convex hull",
+        )  # fmt: skip
+
+
+def _check_orientation(vertices: Array, triangles: Triangles, name: str) -> None:
+    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
+    if np.einsum("ij,ij->", a, np.cross(b, c)) < 0.0:
+        raise refused(
+            name, "is inside out: its triangles run clockwise as seen from outside",
+            "flip its normals, or set object.hull = true to take its convex hull",
+        )  # fmt: skip
+
+
+def _check_convex(vertices: Array, triangles: Triangles, hull: ConvexHull, size: float, name: str) -> None:
+    """All vertices and the middles of all triangles lie on the hull; a middle does only with its whole triangle."""
+    points = np.concatenate([vertices[np.unique(triangles)], vertices[triangles].mean(axis=1)])
+    depth = np.full(len(points), np.inf)
+    for plane in np.unique(hull.equations, axis=0):
+        np.minimum(depth, -(points @ plane[:3] + plane[3]), out=depth)
+    worst = int(np.argmax(depth))
+    if depth[worst] > _CONVEX * size:
+        place = ", ".join(f"{1e3 * x:.4g}" for x in points[worst])
+        raise refused(
+            name, f"is not convex: its surface at ({place}) mm lies {1e3 * depth[worst]:.3g} mm inside its convex hull",
+            "set object.hull = true to take the hull; to keep the hollow, cut the object into convex parts with a tool "
+            "such as CoACD or V-HACD and hold one of them",
+        )  # fmt: skip
+
+
+def _merge(vertices: Array, hull: ConvexHull, close: float) -> tuple[Array, list[NDArray[np.int64]]]:
+    """Normals and polygons of the hull: each the facets about the largest one left that lie in its plane."""
+    corners = vertices[hull.simplices]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    free = np.ones(len(areas), dtype=bool)
+    normals, polygons = [], []
+    for seed in np.argsort(-areas, kind="stable"):
+        if not free[seed]:
+            continue
+        normal, offset = hull.equations[seed, :3], hull.equations[seed, 3]
+        free[seed] = False
+        members, waiting = [seed], [seed]
+        while waiting:
+            for other in hull.neighbors[waiting.pop()]:
+                is_thin = areas[other] < close**2
+                if free[other] and (is_thin or np.all(np.abs(corners[other] @ normal + offset) < close)):
+                    free[other] = False
+                    members.append(other)
+                    waiting.append(other)
+        polygon = _outline(vertices, np.unique(hull.simplices[members]), normal)
+        normals.append(normal)
+        polygons.append(polygon)
+    return np.array(normals), polygons
+
+
+def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDArray[np.int64]:
+    """The corners of a plane polygon, counter-clockwise about its normal."""
+    if len(members) == 3:
+        a, b, c = vertices[members]
+        return members if np.cross(b - a, c - a) @ normal > 0.0 else members[::-1]
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    flat = vertices[members] @ np.column_stack([first, np.cross(normal, first)])
+    outline: NDArray[np.int64] = members[ConvexHull(flat).vertices]
+    return outline

@@ -1,0 +1,51 @@
+"""A ball."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from softhand.errors import ModelError
+from softhand.model.shapes.ellipsoid import chart_on
+from softhand.model.shapes.shape import FACE, OWN, Array, CurvedShape, fibonacci_sphere, point_of, set_vector
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere(CurvedShape):
+    """A ball; alpha_o = (longitude, latitude), the poles on its z axis."""
+
+    radius: float
+    """[m]"""
+
+    def numbers(self) -> Array:
+        """The radius."""
+        return np.array([self.radius])
+
+    @staticmethod
+    def nearest_entry(data: Any, io: Any) -> None:
+        """Along the line to the centre; the pole if the point is the centre."""
+        x, y, z = point_of(data, io)
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            set_vector(data, x / length, y / length, z / length, io, 3)
+        else:
+            set_vector(data, 0.0, 0.0, 1.0, io, 3)
+        io[6] = length - data[OWN]
+        io[7] = FACE
+
+    @staticmethod
+    def chart_entry(data: Any, io: Any) -> None:
+        """M = diag(r cos v, r), K = I / r, T = (tan v / r, 0)."""
+        chart_on(data, data[OWN], data[OWN], data[OWN], io)
+
+    def corners(self) -> Array:
+        """None will do."""
+        raise ModelError(f"a ball of {1e3 * self.radius:g} mm has no corners; it cannot stand on a table yet.", file="")
+
+    def surface_points(self, count: int) -> tuple[Array, Array]:
+        """Along a spiral."""
+        normals = fibonacci_sphere(count)
+        return self.in_object(self.radius * normals, normals)
