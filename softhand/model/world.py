@@ -14,6 +14,7 @@ from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.faces import Box, Face, read_box
 from softhand.model.gravity import list_bodies
+from softhand.model.mounting import AT_ORIGIN, TipPlace, Vector3, mounted, with_tips
 from softhand.model.urdf import parse_urdf, read_text
 
 FREE_FLYER_SIZE = 6
@@ -48,7 +49,7 @@ class World:
     hand_urdf: Path
     object_urdf: Path
     hand_text: str
-    """The URDF of the hand as it was read."""
+    """The URDF of the hand as it was read, with its mount and the tips that were placed."""
     object_text: str
 
     @property
@@ -128,29 +129,39 @@ class World:
 
 def load_world(
     hand_urdf: Path,
-    tip_names: Sequence[str],
+    tips: Sequence[str | TipPlace],
     object_urdf: Path,
     object_mass: float | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    mount: tuple[Vector3, Vector3] = AT_ORIGIN,
+    effort_limit: float | None = None,
 ) -> World:
     """Read hand and object and append them.
 
     Args:
         hand_urdf: file with the joints and links of the hand, fixed at its root.
-        tip_names: one frame a fingertip: centre of the hemisphere's flat face, x out of the tip.
+        tips: a frame of each fingertip: centre of the hemisphere's flat face, x out of the tip; or its place on a link.
         object_urdf: file with one link, whose collision box gives the faces.
         object_mass: replaces the mass of the file and scales its inertia alike [kg].
         gravity: in the world frame [m/s^2].
+        mount: position [m] and roll, pitch, yaw [rad] of the hand's root link in the world.
+        effort_limit: of every joint, in place of those of the file [N m or N].
 
     Raises:
         ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable faces.
     """
     hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
     hand = parse_urdf(hand_text, hand_urdf, folder=Path(hand_urdf).parent)
+    places = [tip for tip in tips if isinstance(tip, TipPlace)]
+    placed = with_tips(mounted(hand_text, hand_urdf, *mount), hand_urdf, places)
+    if placed != hand_text:
+        hand, hand_text = parse_urdf(placed, hand_urdf), placed
+    if effort_limit is not None:
+        hand.upperEffortLimit, hand.lowerEffortLimit = np.full(hand.nv, effort_limit), np.full(hand.nv, -effort_limit)
     body = parse_urdf(object_text, object_urdf, floating=True, folder=Path(object_urdf).parent)
     box = read_box(object_urdf, body)
     names = tuple(hand.names)[1:]
-    tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
+    found = tuple(_find_tip(hand, tip if isinstance(tip, str) else tip.name, hand_urdf) for tip in tips)
     _make_names_distinct(hand, body)
     model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
     model.gravity.linear = np.asarray(gravity, dtype=float)
@@ -158,7 +169,7 @@ def load_world(
         inertia = model.inertias[model.njoints - 1]
         scale = object_mass / inertia.mass
         model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, tips, box, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
+    return World(model, found, box, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
 def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
