@@ -96,7 +96,8 @@ def solve_grasp(
         position: of the object frame in the world [m].
         rotation: axes of the object frame in the world, shape (3, 3).
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
-            Joints that move several tips (a wrist) stay there.
+            Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
+            it can, each joint measured by its range.
 
     Raises:
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
@@ -194,12 +195,12 @@ def _settle(
 
     `frame` has as columns the tangent and the inward normal of the face in the world.
     """
-    name, law = arm.world.tips[index].name, fingertip.law
+    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
     is_surface = law.coordinates == "surface"
     tangent, z_C = frame.T
     deformation = np.zeros(4)
     for _ in range(50):
-        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
+        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles, guess)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -222,12 +223,13 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
-def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
-    gap = arm.reach(index, target, angles)
+def _reach(arm: Arm, index: int, target: Array, angles: Array, guess: Array) -> None:
+    gap = arm.reach(index, target, angles, guess)
     if gap > REACHED:
-        name = arm.world.tips[index].name
+        name, joints = arm.world.tips[index].name, len(arm.own_columns(index))
+        few = f" with {joints} joint{'' if joints == 1 else 's'}, where any point needs 3" if joints < 3 else ""
         raise GraspError(
-            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits. "
+            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits{few}. "
             "Move the object or the contact point closer, or give another grasp.joint_guess.",
             finger=name, quantity="reach", value=gap,
         )  # fmt: skip

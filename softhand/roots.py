@@ -56,6 +56,66 @@ def find_root(
     return best, least
 
 
+def nearest_root(
+    excess: Callable[[Array], Array],
+    slope: Callable[[Array], Array],
+    root: Array,
+    wish: Array,
+    lower: Array,
+    upper: Array,
+    tolerance: float,
+) -> Array:
+    """From one root within bounds to the one near it that is nearest to a wish, where there are many.
+
+    The least of the sum of ((x - wish) / range)^2 along the roots, by steps that solve the linearised equations; what
+    would leave its bounds is held there, unless it is drawn back inside.
+
+    Args:
+        excess: as for `find_root`.
+        slope: likewise.
+        root: to begin from, shape (n,).
+        wish: shape (n,).
+        lower: shape (n,), may be infinite.
+        upper: shape (n,), may be infinite.
+        tolerance: length of the excess that counts as zero.
+
+    Returns:
+        The nearest root found; `root` if there is none nearer.
+    """
+    size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
+    best, point = root, root.copy()
+
+    def distance(values: Array) -> float:
+        return float(np.linalg.norm((values - wish) / size))
+
+    for _ in range(_ITERATIONS):
+        step = _towards(excess(point), slope(point), point, wish, size, lower, upper)
+        point = np.clip(point + step * min(1.0, _LONGEST / max(float(np.max(np.abs(step))), 1e-300)), lower, upper)
+        if np.linalg.norm(excess(point)) <= tolerance and distance(point) < distance(best):
+            best = point
+        if np.max(np.abs(step)) < 1e-13:
+            break
+    return best
+
+
+def _towards(value: Array, J: Array, point: Array, wish: Array, size: Array, lower: Array, upper: Array) -> Array:
+    """The step to the nearest point to the wish that solves the linearised equations, inside the bounds."""
+    held = np.zeros(len(point), dtype=bool)
+    step = np.zeros(len(point))
+    while not held.all():
+        free = ~held
+        A, pull = J[:, free] * size[free], (wish - point)[free] / size[free]
+        step = np.where(held, step, 0.0)
+        rest = -value - J[:, held] @ step[held]
+        step[free] = size[free] * (pull + np.linalg.lstsq(A, rest - A @ pull, rcond=1e-10)[0])
+        beyond = free & ((point + step > upper) | (point + step < lower))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(point + step, lower, upper)[beyond] - point[beyond]
+        held |= beyond
+    return step
+
+
 def _newton(excess: Callable[[Array], Array], slope: Callable[[Array], Array], start: Array) -> Array:
     """Newton's iteration with steps of least norm, until it gets no closer."""
     point, left = start.copy(), math.inf
