@@ -22,7 +22,7 @@ class Hand(Part):
         self._skeleton = skeleton
         self.items: list[Item] = []
         self._frames: list[str | int] = []
-        shown = [visual for visual in visuals if not any(skeleton.coincide(visual.link, tip) for tip in tips)]
+        shown = [visual for visual in visuals if not any(skeleton.is_rigid_tip(visual.link, tip) for tip in tips)]
         for k, visual in enumerate(shown):
             fixed = skeleton.carrier(visual.link) == 0
             layer, colour = ("base", PALM) if fixed else ("links", LINK)

@@ -129,7 +129,7 @@ class Scene:
         self.unread += unread
         tips = list(cast.tips)
         colours = [
-            next((v.colour for v in looks if v.colour and skeleton.coincide(v.link, tip)), palette.TIP) for tip in tips
+            next((v.colour for v in looks if v.colour and skeleton.is_rigid_tip(v.link, tip)), palette.TIP) for tip in tips
         ]
         self._trails = Trails(tips, unit)
         self._parts: list[Part] = [

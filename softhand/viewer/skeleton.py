@@ -42,6 +42,16 @@ class Skeleton:
         a, b = (self.model.frames[self._index(name)] for name in (one, other))
         return bool(a.parentJoint == b.parentJoint and a.placement.isApprox(b.placement))
 
+    def is_rigid_tip(self, link: str, tip: str) -> bool:
+        """Whether a link stands where a soft tip is, and so is the rigid tip that the soft one replaces.
+
+        It is at the same place, or a link of its own, fixed at the end of another, that carries the soft tip.
+        """
+        model = self.model
+        fixed = model.frames[model.frames[self._index(link)].parentFrame].type == pin.FrameType.FIXED_JOINT
+        holder = model.frames[model.frames[self._index(tip)].parentFrame].parentFrame
+        return self.coincide(link, tip) or (fixed and holder == self._index(link))
+
     def joint(self, index: int) -> Array:
         """Pose of a joint in the world, shape (4, 4)."""
         pose: Array = self._data.oMi[index].homogeneous
