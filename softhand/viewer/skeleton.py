@@ -42,15 +42,22 @@ class Skeleton:
         a, b = (self.model.frames[self._index(name)] for name in (one, other))
         return bool(a.parentJoint == b.parentJoint and a.placement.isApprox(b.placement))
 
-    def is_rigid_tip(self, link: str, tip: str) -> bool:
-        """Whether a link stands where a soft tip is, and so is the rigid tip that the soft one replaces.
-
-        It is at the same place, or a link of its own, fixed at the end of another, that carries the soft tip.
-        """
+    def seat(self, link: str, tip: str) -> Array | None:
+        """Pose of a soft tip on a link that is itself fixed to another, a rigid tip, shape (4, 4); None on any other."""
         model = self.model
-        fixed = model.frames[model.frames[self._index(link)].parentFrame].type == pin.FrameType.FIXED_JOINT
-        holder = model.frames[model.frames[self._index(tip)].parentFrame].parentFrame
-        return self.coincide(link, tip) or (fixed and holder == self._index(link))
+        place = model.frames[model.frames[self._index(tip)].parentFrame]
+        holder = model.frames[self._index(link)]
+        fixed = (model.frames[holder.parentFrame].type, place.type) == (pin.FrameType.FIXED_JOINT,) * 2
+        if not fixed or place.parentFrame != self._index(link):
+            return None
+        pose: Array = holder.placement.actInv(place.placement).homogeneous
+        return pose
+
+    @property
+    def base(self) -> Array:
+        """Middle of where the fingers start [m], shape (3,)."""
+        starts = [self.model.jointPlacements[k].translation for k in range(1, self.model.njoints)]
+        return np.asarray(np.mean([p for k, p in enumerate(starts, 1) if self.model.parents[k] == 0], axis=0))
 
     def joint(self, index: int) -> Array:
         """Pose of a joint in the world, shape (4, 4)."""
