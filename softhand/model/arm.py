@@ -56,9 +56,9 @@ class Arm:
     def reach(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
         """Find the angles of one finger that put its tip frame at a point, within the joint limits.
 
-        Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones. A finger
-        of more than three joints reaches a point in many ways; the one nearest to `wish` is taken, each joint measured
-        by its range.
+        Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones. A
+        finger of more than three joints reaches a point in many ways; the one nearest to `wish` is taken, each joint
+        measured by its range.
 
         Args:
             index: of the tip.

@@ -43,7 +43,7 @@ class Skeleton:
         return bool(a.parentJoint == b.parentJoint and a.placement.isApprox(b.placement))
 
     def seat(self, link: str, tip: str) -> Array | None:
-        """Pose of a soft tip on a link that is itself fixed to another, a rigid tip, shape (4, 4); None on any other."""
+        """Pose of a soft tip on a link that is fixed to another, a rigid tip, shape (4, 4); None on any other link."""
         model = self.model
         place = model.frames[model.frames[self._index(tip)].parentFrame]
         holder = model.frames[self._index(link)]
