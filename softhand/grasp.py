@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 ON_FACE = 1e-6  # [m] a contact point may lie so far from its face
 _ANSWERED = 1e-9  # of the force
+_WISHES = 4  # turns of the start solver in which a redundant finger seeks the guess
 RIM = math.radians(1.0)
 APEX = math.radians(89.0)
 """Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular. A law in
@@ -199,8 +200,10 @@ def _settle(
     is_surface = law.coordinates == "surface"
     tangent, z_C = frame.T
     deformation = np.zeros(4)
-    for _ in range(50):
-        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles, guess)
+    for attempt in range(50):
+        # after a few of them the depth is all but found, and the finger only follows it to the last digit
+        wish = guess if attempt < _WISHES else None
+        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -223,8 +226,8 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
-def _reach(arm: Arm, index: int, target: Array, angles: Array, guess: Array) -> None:
-    gap = arm.reach(index, target, angles, guess)
+def _reach(arm: Arm, index: int, target: Array, angles: Array, wish: Array | None) -> None:
+    gap = arm.reach(index, target, angles, wish)
     if gap > REACHED:
         name, joints = arm.world.tips[index].name, len(arm.own_columns(index))
         few = f" with {joints} joint{'' if joints == 1 else 's'}, where any point needs 3" if joints < 3 else ""

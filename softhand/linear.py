@@ -69,8 +69,8 @@ def solve(L, first, b):
 def least_norm(A, transposed, b, x):
     """x = A^+ b, or (A^T)^+ b: the shortest of the vectors that leave the smallest residual.
 
-    By a Cholesky factor of A A^T or A^T A, whichever is smaller; by one of lower rank where that is singular, which is the
-    case for the grasp map of two point contacts, and for K of four contacts in a plane.
+    By a Cholesky factor of A A^T or A^T A, whichever is smaller; by one of lower rank where that is singular, which is
+    the case for the grasp map of two point contacts, and for K of four contacts in a plane.
 
     Args:
         A: shape (m, n).

@@ -64,14 +64,13 @@ class Arm:
             index: of the tip.
             target: in the world [m], shape (3,).
             angles: of all joints [rad or m]; those of the finger are set if the point is reached, shape (n,).
-            wish: where they would best be [rad or m], shape (n,); `angles` if None.
+            wish: where they would best be [rad or m], shape (n,); None for the short way from `angles`.
 
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
         columns = self.own_columns(index)
         lower, upper = (limit[columns] for limit in self.world.position_limits)
-        near = (angles if wish is None else wish)[columns]
         trial = angles.copy()
 
         def miss(values: Array) -> Array:
@@ -86,8 +85,8 @@ class Arm:
         within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
         others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
         values, gap = find_root(miss, slope, [angles[columns], *others], lower, upper, REACHED)
-        if gap <= REACHED and len(columns) > _POINT:
-            values = nearest_root(miss, slope, values, near, lower, upper, REACHED)
+        if gap <= REACHED and wish is not None and len(columns) > _POINT:
+            values = nearest_root(miss, slope, values, wish[columns], lower, upper, REACHED)
         if gap <= REACHED:
             angles[columns] = values
         return gap

@@ -112,7 +112,8 @@ def _check_triangles(links: list[Element], names: list[str], carriers: dict[str,
     is_possible = bool(broken) and not breaks_triangle(inertia_of(parts), _ROUNDING)
     for part in broken:
         xx, yy, zz = (float(part.element.get(name, "nan")) for name in ("ixx", "iyy", "izz"))
-        shown, principal = f"ixx={xx:g}, iyy={yy:g}, izz={zz:g}", np.asarray(np.linalg.eigvalsh(part.inertia), dtype=float)
+        shown = f"ixx={xx:g}, iyy={yy:g}, izz={zz:g}"
+        principal = np.asarray(np.linalg.eigvalsh(part.inertia), dtype=float)
         what = (
             f"no body has these principal moments: {principal[2]:.4g} kg m^2 exceeds the sum of "
             f"{_listed(principal[:2])} ({shown}), breaking the triangle inequality"
