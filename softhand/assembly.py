@@ -14,6 +14,7 @@ from softhand.dampings.damping import Damping
 from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
+from softhand.model.mounting import TipPlace
 from softhand.model.world import World, load_world
 from softhand.plant import Plant
 from softhand.plugins import find_plugin, plugin_names
@@ -103,14 +104,18 @@ def read_controller(scenario: Scenario) -> Controller:
 
 def read_world(scenario: Scenario) -> World:
     """Hand and object of a scenario."""
+    hand = scenario.hand
+    tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     return load_world(
-        resolve_path(scenario.hand.urdf),
-        scenario.hand.tips,
+        resolve_path(hand.urdf),
+        tips,
         resolve_path(scenario.object.urdf),
         scenario.object.mass,
         scenario.gravity,
-        scenario.object.ellipsoid,
-        scenario.object.hull,
+        ellipsoid=scenario.object.ellipsoid,
+        hull=scenario.object.hull,
+        mount=(hand.position, hand.rpy),
+        effort_limit=hand.effort_limit,
     )
 
 

@@ -15,6 +15,7 @@ _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its l
 _TOGETHER = 0.005  # [s] within which corners that meet the table, or leave it, are one event
 _CORNER = "table corner "
 _APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
+_AT_APEX = 1e-4  # [rad] a tip that rests on its apex does not pass it; Theta is noise there
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,8 @@ def _apexes(recording: Recording) -> Iterator[Event]:
     if "contact_angles" not in recording.variables:
         return
     turn = np.abs(np.diff(recording.contact_angles[:, :, 0], axis=0))
-    passed = np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN
+    off = np.abs(0.5 * np.pi - recording.contact_angles[:, :, 1])
+    passed = (np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN) & (np.maximum(off[1:], off[:-1]) > _AT_APEX)
     for k, i in np.argwhere(passed & (recording.deformation[1:, :, 0] > 0.0)):
         Phi = np.degrees(recording.contact_angles[k : k + 2, i, 1].max())
         yield Event(_time(recording, k + 1), "apex", recording.labels["contact"][i], f"Phi = {Phi:.3g} deg")

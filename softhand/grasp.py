@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 _ANSWERED = 1e-9  # of the force
+_WISHES = 4  # turns of the start solver in which a redundant finger seeks the guess
 RIM = math.radians(1.0)
 APEX = math.radians(89.0)
 """Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular. A law in
@@ -98,7 +99,8 @@ def solve_grasp(
         position: of the object frame in the world [m].
         rotation: axes of the object frame in the world, shape (3, 3).
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
-            Joints that move several tips (a wrist) stay there.
+            Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
+            it can, each joint measured by its range.
 
     Raises:
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
@@ -196,12 +198,14 @@ def _settle(
 
     `frame` has as columns the tangent and the inward normal of the face in the world.
     """
-    name, law = arm.world.tips[index].name, fingertip.law
+    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
     is_surface = law.coordinates == "surface"
     tangent, z_C = frame.T
     deformation = np.zeros(4)
-    for _ in range(50):
-        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
+    for attempt in range(50):
+        # after a few of them the depth is all but found, and the finger only follows it to the last digit
+        wish = guess if attempt < _WISHES else None
+        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -224,12 +228,13 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
-def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
-    gap = arm.reach(index, target, angles)
+def _reach(arm: Arm, index: int, target: Array, angles: Array, wish: Array | None) -> None:
+    gap = arm.reach(index, target, angles, wish)
     if gap > REACHED:
-        name = arm.world.tips[index].name
+        name, joints = arm.world.tips[index].name, len(arm.own_columns(index))
+        few = f" with {joints} joint{'' if joints == 1 else 's'}, where any point needs 3" if joints < 3 else ""
         raise GraspError(
-            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits. "
+            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits{few}. "
             "Move the object or the contact point closer, or give another grasp.joint_guess.",
             finger=name, quantity="reach", value=gap,
         )  # fmt: skip

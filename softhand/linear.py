@@ -69,8 +69,8 @@ def solve(L, first, b):
 def least_norm(A, transposed, b, x):
     """x = A^+ b, or (A^T)^+ b: the shortest of the vectors that leave the smallest residual.
 
-    By a Cholesky factor of A A^T or A^T A, whichever is smaller; by its eigenvectors where that is singular, which is
-    the case for the grasp map of two point contacts.
+    By a Cholesky factor of A A^T or A^T A, whichever is smaller; by one of lower rank where that is singular, which is
+    the case for the grasp map of two point contacts, and for K of four contacts in a plane.
 
     Args:
         A: shape (m, n).
@@ -168,63 +168,61 @@ def _substitute(L, y):
 
 @compiled
 def _solve_semidefinite(S, y):
-    """y = S^+ y for a symmetric positive semidefinite S, shape (n, n), which is lost."""
-    n = S.shape[0]
-    vectors, x = np.empty((n, n)), np.zeros(n)
-    diagonalize(S, vectors)
-    largest = 0.0
-    for k in range(n):
-        largest = max(largest, S[k, k])
-    for k in range(n):
-        if S[k, k] > SINGULAR * SINGULAR * largest:
-            weight = 0.0
-            for i in range(n):
-                weight += vectors[i, k] * y[i]
-            for i in range(n):
-                x[i] += vectors[i, k] * weight / S[k, k]
-    for i in range(n):
-        y[i] = x[i]
+    """y = S^+ y for a symmetric positive semidefinite S, shape (n, n).
 
-
-@compiled
-def diagonalize(S, vectors):
-    """Cyclic Jacobi rotations: S becomes the diagonal of its eigenvalues, the columns of `vectors` its eigenvectors.
-
-    Compiles in a tenth of the time of numpy's eigh, which a controller needs at a singular grasp only.
+    S = L L^T with as many columns as its rank, by Cholesky with the largest pivot first; L = Q R by Gram and Schmidt;
+    then S^+ = Q (R R^T)^-1 Q^T.
     """
     n = S.shape[0]
+    L, pivots = np.empty((n, n)), np.empty(n)
     for i in range(n):
-        for j in range(n):
-            vectors[i, j] = 1.0 if i == j else 0.0
-    for _ in range(50):
-        off, scale = 0.0, 0.0
-        for p in range(n):
-            scale += S[p, p] * S[p, p]
-            for q in range(p):
-                off += S[p, q] * S[p, q]
-        if off <= 1e-32 * scale:
-            break
-        for p in range(n - 1):
-            for q in range(p + 1, n):
-                if S[p, q] != 0.0:
-                    _rotate(S, vectors, p, q)
+        pivots[i] = S[i, i]
+    rank = _factor_by_pivots(S, pivots, L)
+    R, x = np.empty((rank, rank)), np.empty(rank)
+    for k in range(rank):
+        for j in range(k + 1):
+            value = 0.0
+            for i in range(n):
+                value += L[i, j] * L[i, k]
+            R[j, k] = value
+            if j == k:
+                R[k, k] = math.sqrt(value)
+            for i in range(n):
+                L[i, k] = L[i, k] / R[k, k] if j == k else L[i, k] - value * L[i, j]
+    _times(L[:, :rank], True, y, x)
+    for k in range(rank - 1, -1, -1):
+        for j in range(k + 1, rank):
+            x[k] -= R[k, j] * x[j]
+        x[k] /= R[k, k]
+    for k in range(rank):
+        for j in range(k):
+            x[k] -= R[j, k] * x[j]
+        x[k] /= R[k, k]
+    _times(L[:, :rank], False, x, y)
 
 
 @compiled
-def _rotate(S, vectors, p, q):
-    """One Jacobi rotation: makes S[p, q] zero."""
-    ratio = 0.5 * (S[q, q] - S[p, p]) / S[p, q]
-    t = 1.0 / (abs(ratio) + math.sqrt(ratio * ratio + 1.0))
-    if ratio < 0.0:
-        t = -t
-    c = 1.0 / math.sqrt(t * t + 1.0)
-    s = t * c
-    for k in range(S.shape[0]):
-        a, b = S[k, p], S[k, q]
-        S[k, p], S[k, q] = c * a - s * b, s * a + c * b
-        a, b = vectors[k, p], vectors[k, q]
-        vectors[k, p], vectors[k, q] = c * a - s * b, s * a + c * b
-    for k in range(S.shape[0]):
-        a, b = S[p, k], S[q, k]
-        S[p, k], S[q, k] = c * a - s * b, s * a + c * b
-    S[p, q], S[q, p] = 0.0, 0.0
+def _factor_by_pivots(S, pivots, L):
+    """S = L L^T, the column of the largest pivot first; returns the rank. `pivots` has the diagonal, and is lost."""
+    n = S.shape[0]
+    first = 0.0
+    for k in range(n):
+        best = 0
+        for i in range(n):
+            if pivots[i] > pivots[best]:
+                best = i
+        first = max(first, pivots[best])
+        if not pivots[best] > SINGULAR * SINGULAR * first:
+            return k
+        root = math.sqrt(pivots[best])
+        for i in range(n):
+            if pivots[i] < 0.0:  # has had its turn
+                L[i, k] = 0.0
+                continue
+            value = S[i, best]
+            for j in range(k):
+                value -= L[i, j] * L[best, j]
+            L[i, k] = value / root
+            pivots[i] = max(pivots[i] - L[i, k] * L[i, k], 0.0)
+        pivots[best] = -1.0
+    return n

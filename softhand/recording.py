@@ -62,9 +62,11 @@ _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
 
 VARIABLES: dict[str, Variable] = {
     "time": Variable(("time",), "s", "time since the start of the run"),
-    "joint_position": Variable(_JOINT, "rad", "joint angle"),
-    "joint_velocity": Variable(_JOINT, "rad/s", "joint velocity"),
-    "joint_torque": Variable(_JOINT, "N m", "joint torque as applied, after the effort limits"),
+    "joint_position": Variable(_JOINT, "rad or m", "joint angle, or travel of a slide"),
+    "joint_velocity": Variable(_JOINT, "rad/s or m/s", "joint velocity"),
+    "joint_torque": Variable(
+        _JOINT, "N m or N", "joint torque, or force of a slide, as applied, after the effort limits"
+    ),
     "torque_limited": Variable(_JOINT, "1", "1 where an effort limit cut the commanded torque, else 0", np.int8),
     "object_position": Variable(_XYZ, "m", "origin of the object frame, in the world"),
     "object_rpy": Variable(_RPY, "rad", "orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 _ITERATIONS = 40
 _LONGEST = 0.5  # longest Newton step
+_RETURN = 5  # steps back to a root
+_MARGIN = 1e-3  # of the range, so that a last correction stays within the bounds
 
 
 def find_root(
@@ -54,6 +56,73 @@ def find_root(
         if least <= tolerance:
             break
     return best, least
+
+
+def nearest_root(
+    excess: Callable[[Array], Array],
+    slope: Callable[[Array], Array],
+    root: Array,
+    wish: Array,
+    lower: Array,
+    upper: Array,
+    tolerance: float,
+) -> Array:
+    """From one root within bounds to the one near it that is nearest to a wish, where there are many.
+
+    The least of the sum of ((x - wish) / range)^2 along the roots: steps towards the wish that keep the linearised
+    equations, each followed by the shortest way back to a root, and halved where they bring nothing.
+
+    Args:
+        excess: as for `find_root`.
+        slope: likewise.
+        root: to begin from, shape (n,).
+        wish: shape (n,).
+        lower: shape (n,), may be infinite.
+        upper: shape (n,), may be infinite.
+        tolerance: length of the excess that counts as zero.
+
+    Returns:
+        The nearest root found, a thousandth of the range inside the bounds; `root` if there is none nearer.
+    """
+    size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
+    lower, upper = lower + _MARGIN * size, upper - _MARGIN * size
+
+    def distance(values: Array) -> float:
+        return float(np.linalg.norm((values - wish) / size))
+
+    def step_towards(point: Array, aim: Array) -> Array:
+        return _step(excess(point), slope(point), point, aim, size, lower, upper)
+
+    point, share = root, 1.0
+    for _ in range(_ITERATIONS):
+        step = step_towards(point, wish)
+        longest = float(np.max(np.abs(step)))
+        trial = point + step * min(share, _LONGEST / max(longest, 1e-300))
+        for _ in range(_RETURN):
+            trial = np.clip(trial + step_towards(trial, trial), lower, upper)
+        if np.linalg.norm(excess(trial)) <= tolerance and distance(trial) < distance(point):
+            point = trial
+        elif longest < 1e-9 or share < 1e-3:
+            break
+        else:
+            share *= 0.5
+    return point
+
+
+def _step(value: Array, J: Array, point: Array, aim: Array, size: Array, lower: Array, upper: Array) -> Array:
+    """To the nearest point to the aim that solves the linearised equations; what would leave its bounds stays there."""
+    held, step = np.zeros(len(point), dtype=bool), np.zeros(len(point))
+    while not held.all():
+        free = ~held
+        A, pull = J[:, free] * size[free], (aim - point)[free] / size[free]
+        rest = -value - J[:, held] @ step[held]
+        step[free] = size[free] * (pull + np.linalg.lstsq(A, rest - A @ pull, rcond=1e-10)[0])
+        beyond = free & ((point + step > upper) | (point + step < lower))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(point + step, lower, upper)[beyond] - point[beyond]
+        held |= beyond
+    return step
 
 
 def _newton(excess: Callable[[Array], Array], slope: Callable[[Array], Array], start: Array) -> Array:

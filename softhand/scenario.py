@@ -34,31 +34,68 @@ class OpenSettings(Settings):
         return dict(self.model_extra or {})
 
 
+class TipSection(Settings):
+    """A fingertip placed on a link of the hand.
+
+    Attributes:
+        frame: link that carries it.
+        name: of the fingertip; FRAME_soft if not given.
+        position: centre of the hemisphere's flat face in the frame of that link [m].
+        rpy: roll, pitch, yaw there of the axes whose x points out of the tip [rad].
+    """
+
+    frame: str
+    name: str | None = None
+    position: Vector3 = (0.0, 0.0, 0.0)
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+
+    @property
+    def label(self) -> str:
+        """Name of the fingertip."""
+        return self.name or f"{self.frame}_soft"
+
+
 class HandSection(Settings):
     """The hand and its fingertips.
 
     Attributes:
-        urdf: file of the hand, relative to the scenario, or package://softhand/urdf/NAME.
-        tips: link or frame of each fingertip: centre of the hemisphere's flat face, x out of the tip.
+        urdf: file of the hand, relative to the scenario, or package://NAME/PATH in an installed package.
+        tips: of each fingertip its link or frame: centre of the hemisphere's flat face, x out of the tip; or a table
+            that places it on a link.
+        position: of the root link in the base frame [m].
+        rpy: roll, pitch, yaw of the root link [rad].
+        effort_limit: largest torque of every joint, in place of those of the URDF [N m or N].
     """
 
     urdf: str
-    tips: Annotated[tuple[str, ...], Field(min_length=2)]
+    tips: Annotated[tuple[str | TipSection, ...], Field(min_length=2)]
+    position: Vector3 = (0.0, 0.0, 0.0)
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+    effort_limit: Positive | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the fingertips."""
+        return _names(self.tips)
 
     @field_validator("tips")
     @classmethod
-    def _tips_are_unique(cls, tips: tuple[str, ...]) -> tuple[str, ...]:
-        name, count = Counter(tips).most_common(1)[0]
+    def _tips_are_unique(cls, tips: tuple[str | TipSection, ...]) -> tuple[str | TipSection, ...]:
+        name, count = Counter(_names(tips)).most_common(1)[0]
         if count > 1:
             raise ValueError(f"{show(name)} is there {count} times, but each fingertip must have a frame of its own.")
         return tips
+
+
+def _names(tips: tuple[str | TipSection, ...]) -> tuple[str, ...]:
+    return tuple(tip if isinstance(tip, str) else tip.label for tip in tips)
 
 
 class ObjectSection(Settings):
     """The object and its pose at the start.
 
     Attributes:
-        urdf: file of the object, relative to the scenario, or package://softhand/urdf/NAME.
+        urdf: file of the object, relative to the scenario, or package://NAME/PATH in an installed package.
         mass: replaces the mass of the URDF and scales its inertia alike [kg].
         position: origin of the object frame at the start, in the base frame [m].
         rpy: roll, pitch, yaw at the start [rad].

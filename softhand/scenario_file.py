@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
+from softhand.packages import package_file
 from softhand.settings import frozen, nearest, show
 
 if sys.version_info >= (3, 11):
@@ -19,7 +20,6 @@ else:
 
 _PACKAGE = Path(__file__).parent
 _LARGEST = 1_000_000  # bytes of a scenario
-_URDF_PREFIX = "package://softhand/urdf/"
 
 
 def scenario_names() -> list[str]:
@@ -28,20 +28,12 @@ def scenario_names() -> list[str]:
 
 
 def resolve_path(urdf: str) -> Path:
-    """Return the file that a scenario names: a path, or `package://softhand/urdf/NAME` for one that ships.
+    """Return the file that a scenario names: a path, or `package://NAME/PATH`, see `packages.package_file`.
 
     Raises:
-        ScenarioError: no URDF of that name ships, or the package is another.
+        ScenarioError: no URDF of that name ships, or the package is not installed.
     """
-    if not urdf.startswith("package:"):
-        return Path(_absolute(urdf, Path.cwd()))
-    # An installed wheel has the folder inside the package, a source checkout beside it.
-    folder = next((place for place in (_PACKAGE / "urdf", _PACKAGE.parent / "urdf") if place.is_dir()), _PACKAGE)
-    name = urdf.removeprefix(_URDF_PREFIX)
-    if name != urdf and (folder / name).is_file():
-        return folder / name
-    shipped = ", ".join(_URDF_PREFIX + file.name for file in sorted(folder.glob("*.urdf"))) or "none"
-    raise ScenarioError(f"No URDF ships as {show(urdf)}. Shipped: {shipped}.", key="urdf", value=urdf)
+    return package_file(urdf) if urdf.startswith("package:") else Path(_absolute(urdf, Path.cwd()))
 
 
 def parse_override(text: str) -> tuple[str, Any]:

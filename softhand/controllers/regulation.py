@@ -23,12 +23,21 @@ class Regulation(Controller):
 
     Without compensation both terms of tau_C are dropped. A gain is a number or a list of its diagonal.
 
+    A hand with more joints than its contact forces need can move without moving a contact point: J_CF^f q_F' = 0. (59)
+    only damps that motion. With K_posture, ours, it is drawn to the joint angles of the start, by
+
+        [1 - (J_CF^f)^+ J_CF^f] K_posture (q_F(0) - q_F)
+
+    which no contact force needs to balance. Where J_CF^f has full column rank, as with three joints a finger, the term
+    is zero.
+
     Attributes:
         torsion_compensation: whether the measured torsion moments are compensated.
         K_O_position: stiffness of the position [N/m], one number or three.
         K_O_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
         K_v: joint damping [N m s/rad], one number or n.
         K_N: gain of the internal force, one number or one a pair of contacts.
+        K_posture: stiffness of the posture in the null space of J_CF^f [N m/rad], one number or n.
     """
 
     torsion_compensation: bool = True
@@ -36,17 +45,20 @@ class Regulation(Controller):
     K_O_orientation: Gain = 0.3
     K_v: Gain = 0.005
     K_N: Gain = 1.5
+    K_posture: Gain = 0.0
 
     def start(self, observation: Observation) -> Any:
         """The compiled law with its gains, and room for the torque."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
         K_O = pose_diagonal("K_O", self.K_O_position, self.K_O_orientation)
         K_v, K_N = diagonal("K_v", self.K_v, n), diagonal("K_N", self.K_N, pairs)
+        K_posture = diagonal("K_posture", self.K_posture, n)
         seen, desired, tau = observation, observation.desired, np.zeros(n)
         law = prepared(
             _regulation, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.K, seen.contact_force,
             seen.internal_force, seen.q_O, desired.coordinates, desired.internal_force, seen.N_F, seen.N_O,
-            seen.joint_velocity, K_O, K_v, K_N, self.torsion_compensation, tau,
+            seen.joint_velocity, K_O, K_v, K_N, self.torsion_compensation, seen.joint_position,
+            seen.joint_position.copy(), K_posture, tau,
         )  # fmt: skip
         return law, tau
 
@@ -60,7 +72,7 @@ class Regulation(Controller):
 @compiled
 def _regulation(
     J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F, K_O, K_v, K_N, compensate,
-    tau,
+    q_F, start, K_posture, tau,
 ):  # fmt: skip
     n, pairs, nc = tau.shape[0], f_Nd.shape[0], contact_force.shape[0]
     wrench, f_C = np.empty(6), np.empty(3 * nc)
@@ -83,3 +95,19 @@ def _regulation(
         for i in range(nc):
             for j in range(n):
                 tau[j] += J_CF_tau[i, j] * contact_force[i, 3]
+    if np.any(K_posture > 0.0):
+        _add_posture(J_CF_f, K_posture, start, q_F, tau)
+
+
+@compiled
+def _add_posture(J, K_posture, start, q_F, tau):
+    """tau += [1 - J^+ J] K_posture (start - q_F)."""
+    n, rows = tau.shape[0], J.shape[0]
+    pull, carried = np.empty(n), np.empty(rows)
+    for j in range(n):
+        pull[j] = K_posture[j] * (start[j] - q_F[j])
+        tau[j] += pull[j]
+    least_norm(J, True, pull, carried)
+    for row in range(rows):
+        for j in range(n):
+            tau[j] -= J[row, j] * carried[row]

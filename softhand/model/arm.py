@@ -9,12 +9,13 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.model.world import World
-from softhand.roots import find_root
+from softhand.roots import find_root, nearest_root
 
 Array = NDArray[np.float64]
 
 REACHED = 1e-9  # [m]
 _STARTS = 12
+_POINT = 3  # coordinates of a point
 
 
 class Arm:
@@ -52,20 +53,23 @@ class Arm:
         gravity = pin.computeGeneralizedGravity(self.world.model, self._data, self.q)
         return np.array(gravity[: self.world.n_joints])
 
-    def reach(self, index: int, target: Array, angles: Array) -> float:
+    def reach(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
         """Find the angles of one finger that put its tip frame at a point, within the joint limits.
 
-        Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones.
+        Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones. A
+        finger of more than three joints reaches a point in many ways; the one nearest to `wish` is taken, each joint
+        measured by its range.
 
         Args:
             index: of the tip.
             target: in the world [m], shape (3,).
-            angles: of all joints [rad]; those of the finger are set if the point is reached, shape (n,).
+            angles: of all joints [rad or m]; those of the finger are set if the point is reached, shape (n,).
+            wish: where they would best be [rad or m], shape (n,); None for the short way from `angles`.
 
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
-        columns = self._own_columns(index)
+        columns = self.own_columns(index)
         lower, upper = (limit[columns] for limit in self.world.position_limits)
         trial = angles.copy()
 
@@ -81,11 +85,14 @@ class Arm:
         within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
         others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
         values, gap = find_root(miss, slope, [angles[columns], *others], lower, upper, REACHED)
+        if gap <= REACHED and wish is not None and len(columns) > _POINT:
+            values = nearest_root(miss, slope, values, wish[columns], lower, upper, REACHED)
         if gap <= REACHED:
             angles[columns] = values
         return gap
 
-    def _own_columns(self, index: int) -> list[int]:
+    def own_columns(self, index: int) -> list[int]:
+        """Velocity indices of the joints that move this tip and no other."""
         tips = self.world.tips
         shared = {column for k, tip in enumerate(tips) if k != index for column in tip.columns}
         return [column for column in tips[index].columns if column not in shared]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.gravity import list_bodies
+from softhand.model.mounting import AT_ORIGIN, TipPlace, Vector3, mounted, with_tips
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.reading import read_shape
 from softhand.model.shapes.shape import Shape
@@ -51,7 +52,7 @@ class World:
     hand_urdf: Path
     object_urdf: Path
     hand_text: str
-    """The URDF of the hand as it was read."""
+    """The URDF of the hand as it was read, with its mount and the tips that were placed."""
     object_text: str
 
     @property
@@ -140,33 +141,43 @@ class World:
 
 def load_world(
     hand_urdf: Path,
-    tip_names: Sequence[str],
+    tips: Sequence[str | TipPlace],
     object_urdf: Path,
     object_mass: float | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     ellipsoid: Sequence[float] | None = None,
     hull: bool = False,
+    mount: tuple[Vector3, Vector3] = AT_ORIGIN,
+    effort_limit: float | None = None,
 ) -> World:
     """Read hand and object and append them.
 
     Args:
         hand_urdf: file with the joints and links of the hand, fixed at its root.
-        tip_names: one frame a fingertip: centre of the hemisphere's flat face, x out of the tip.
+        tips: a frame of each fingertip: centre of the hemisphere's flat face, x out of the tip; or its place on a link.
         object_urdf: file with one rigid body, whose collision shape can be touched.
         object_mass: replaces the mass of the file and scales its inertia alike [kg].
         gravity: in the world frame [m/s^2].
         ellipsoid: semi-axes of an ellipsoid in the place of the object's collision shape [m].
         hull: take the convex hull of a mesh.
+        mount: position [m] and roll, pitch, yaw [rad] of the hand's root link in the world.
+        effort_limit: of every joint, in place of those of the file [N m or N].
 
     Raises:
         ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable shape.
     """
     hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
     hand = parse_urdf(hand_text, hand_urdf, folder=Path(hand_urdf).parent)
+    places = [tip for tip in tips if isinstance(tip, TipPlace)]
+    placed = with_tips(mounted(hand_text, hand_urdf, *mount), hand_urdf, places)
+    if placed != hand_text:
+        hand, hand_text = parse_urdf(placed, hand_urdf), placed
+    if effort_limit is not None:
+        hand.upperEffortLimit, hand.lowerEffortLimit = np.full(hand.nv, effort_limit), np.full(hand.nv, -effort_limit)
     body = parse_urdf(object_text, object_urdf, floating=True, folder=Path(object_urdf).parent)
     shape = read_shape(object_text, Path(object_urdf), body, ellipsoid, hull)
     names = tuple(hand.names)[1:]
-    tips = tuple(_find_tip(hand, name, hand_urdf) for name in tip_names)
+    found = tuple(_find_tip(hand, tip if isinstance(tip, str) else tip.name, hand_urdf) for tip in tips)
     _make_names_distinct(hand, body)
     model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
     model.gravity.linear = np.asarray(gravity, dtype=float)
@@ -174,7 +185,7 @@ def load_world(
         inertia = model.inertias[model.njoints - 1]
         scale = object_mass / inertia.mass
         model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, tips, shape, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
+    return World(model, found, shape, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
 
 
 def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:

@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 from softhand.viewer.item import Colour, Item, Part, Update, item
 from softhand.viewer.moment import Moment
 from softhand.viewer.palette import DESIRED, JOINT, LINK, OBJECT, PALM, TABLE, darker
-from softhand.viewer.shapes import Mesh, axes_along, box, cylinder, feature_edges, merged, moved, sphere
+from softhand.viewer.shapes import (
+    Mesh,
+    axes_along,
+    box,
+    cylinder,
+    feature_edges,
+    merged,
+    moved,
+    pressed_flat,
+    sphere,
+)
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import Visual
 
@@ -29,7 +39,10 @@ class Plane(NamedTuple):
 
 
 class Hand(Part):
-    """Links and palm as the URDF draws them, or bones where it draws nothing; a pin through each joint."""
+    """Links and palm as the URDF draws them, or bones where it draws nothing; a pin through each joint.
+
+    A soft tip stands for the rigid tip that the URDF draws in its place, or for what is in front of its flat face.
+    """
 
     def __init__(self, skeleton: Skeleton, visuals: list[Visual], tips: list[str], unit: float) -> None:
         self._skeleton = skeleton
@@ -37,9 +50,12 @@ class Hand(Part):
         self._frames: list[str | int] = []
         shown = [visual for visual in visuals if not any(skeleton.coincide(visual.link, tip) for tip in tips)]
         for k, visual in enumerate(shown):
+            mesh = moved(visual.mesh, visual.pose)
+            for seat in (skeleton.seat(visual.link, tip) for tip in tips):
+                mesh = mesh if seat is None else pressed_flat(mesh, seat)
             fixed = skeleton.carrier(visual.link) == 0
             layer, colour = ("base", PALM) if fixed else ("links", LINK)
-            self._add(f"{layer}/{visual.link}_{k}", moved(visual.mesh, visual.pose), visual.colour or colour)
+            self._add(f"{layer}/{visual.link}_{k}", mesh, visual.colour or colour)
             self._frames.append(visual.link)
         self._add_bones({skeleton.carrier(visual.link) for visual in shown}, tips, unit)
         for index in range(1, skeleton.model.njoints):

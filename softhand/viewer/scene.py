@@ -140,7 +140,8 @@ class Scene:
         self.unread += unread
         tips = list(cast.tips)
         colours = [
-            next((v.colour for v in looks if v.colour and skeleton.coincide(v.link, tip)), palette.TIP) for tip in tips
+            next((v.colour for v in looks if v.colour and _is_rigid_tip(skeleton, v.link, tip)), palette.TIP)
+            for tip in tips
         ]
         self._trails = Trails(tips, unit)
         self._parts: list[Part] = [
@@ -175,7 +176,7 @@ class Scene:
         return Bounds(
             _sphere([points for _, points in places]),
             _sphere([points for layer, points in places if layer in ("object", "tips")]),
-            _open_side(moments[0]),
+            _open_side(moments[0], self._skeleton.base),
         )
 
     def _places(self, moment: Moment) -> Iterator[tuple[str, Array]]:
@@ -329,9 +330,20 @@ def _sphere(places: list[Array]) -> Sphere:
     return Sphere(centre, float(np.linalg.norm(cloud - centre, axis=1).max()))
 
 
-def _open_side(moment: Moment) -> float:
-    """Azimuth [rad] a little beside the middle of the widest gap between the fingers, seen from above."""
-    reach = moment.tip_position - moment.object_pose[:3, 3]
+def _is_rigid_tip(skeleton: Skeleton, link: str, tip: str) -> bool:
+    """Whether the soft tip stands in the place of a link of the URDF."""
+    return skeleton.coincide(link, tip) or skeleton.seat(link, tip) is not None
+
+
+def _open_side(moment: Moment, base: Array) -> float:
+    """Azimuth [rad] a little beside the middle of the widest gap between the fingers, seen from above.
+
+    A palm that is beside the object, and not below it, is in the way as well.
+    """
+    reach = moment.tip_position[:, :2] - moment.object_pose[:2, 3]
+    palm = base[:2] - moment.object_pose[:2, 3]
+    if np.linalg.norm(palm) > np.linalg.norm(reach, axis=1).min():
+        reach = np.vstack([reach, palm])
     azimuths = np.sort(np.arctan2(reach[:, 1], reach[:, 0]))
     gaps = np.diff(np.append(azimuths, azimuths[0] + 2.0 * np.pi))
     widest = int(np.argmax(np.round(gaps, 3)))

@@ -36,6 +36,17 @@ def moved(mesh: Mesh, pose: Array) -> Mesh:
     return Mesh(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces)
 
 
+def pressed_flat(mesh: Mesh, pose: Array) -> Mesh:
+    """The mesh with what is in front of a plane pressed onto it.
+
+    Args:
+        mesh: a surface.
+        pose: its x axis is the normal of the plane and points to the front, its origin lies in it, shape (4, 4).
+    """
+    ahead = np.maximum((mesh.vertices - pose[:3, 3]) @ pose[:3, 0], 0.0)
+    return Mesh(mesh.vertices - ahead[:, None] * pose[:3, 0], mesh.faces)
+
+
 def box(size: ArrayLike) -> Mesh:
     """A box about the origin; its faces share no vertices, so that its edges stay sharp."""
     half = 0.5 * np.asarray(size, dtype=float)

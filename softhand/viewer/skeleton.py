@@ -42,6 +42,23 @@ class Skeleton:
         a, b = (self.model.frames[self._index(name)] for name in (one, other))
         return bool(a.parentJoint == b.parentJoint and a.placement.isApprox(b.placement))
 
+    def seat(self, link: str, tip: str) -> Array | None:
+        """Pose of a soft tip on a link that is fixed to another, a rigid tip, shape (4, 4); None on any other link."""
+        model = self.model
+        place = model.frames[model.frames[self._index(tip)].parentFrame]
+        holder = model.frames[self._index(link)]
+        fixed = (model.frames[holder.parentFrame].type, place.type) == (pin.FrameType.FIXED_JOINT,) * 2
+        if not fixed or place.parentFrame != self._index(link):
+            return None
+        pose: Array = holder.placement.actInv(place.placement).homogeneous
+        return pose
+
+    @property
+    def base(self) -> Array:
+        """Middle of where the fingers start [m], shape (3,)."""
+        starts = [self.model.jointPlacements[k].translation for k in range(1, self.model.njoints)]
+        return np.asarray(np.mean([p for k, p in enumerate(starts, 1) if self.model.parents[k] == 0], axis=0))
+
     def joint(self, index: int) -> Array:
         """Pose of a joint in the world, shape (4, 4)."""
         pose: Array = self._data.oMi[index].homogeneous

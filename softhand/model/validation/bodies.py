@@ -7,10 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.model.validation.composite import breaks_triangle, inertia_of, parts_of
 from softhand.model.validation.document import Element
 from softhand.model.validation.findings import Findings
 from softhand.model.validation.grammar import numbers_of
-from softhand.model.validation.tree import Tree
+from softhand.model.validation.tree import Joint, Tree
+
+Array = NDArray[np.float64]
 
 _HEAVY = 20.0  # [kg] for a link of a hand
 _LIGHTEST = 1e-9  # [kg]
@@ -32,6 +35,7 @@ def check_bodies(tree: Tree, has_free_root: bool, findings: Findings) -> None:
     carriers = {joint.child: joint for joint in tree.joints}
     for leader, members in tree.bodies().items():
         weights = [masses[name] for name in members]
+        _check_triangles([tree.links[name] for name in members], members, carriers, findings)
         if (leader == tree.root and not has_free_root) or any(weight is None or weight > 0.0 for weight in weights):
             continue
         moved = f"joint '{carriers[leader].name}' moves it" if leader in carriers else "an object moves freely"
@@ -73,7 +77,7 @@ def _check_inertial(link: Element, findings: Findings) -> float | None:
     return kg
 
 
-def _check_inertia(element: Element, mass: float, values: NDArray[np.float64], findings: Findings) -> None:
+def _check_inertia(element: Element, mass: float, values: Array, findings: Findings) -> None:
     xx, xy, xz, yy, yz, zz = values
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     shown = ", ".join(f"{name}={value:g}" for name, value in zip(("ixx", "iyy", "izz"), (xx, yy, zz), strict=True))
@@ -86,14 +90,8 @@ def _check_inertia(element: Element, mass: float, values: NDArray[np.float64], f
             shown,
         )
         return
-    if principal[2] - principal[0] - principal[1] > _ROUNDING * principal[2]:
-        findings.error(
-            element,
-            f"no body has these principal moments: {principal[2]:.4g} kg m^2 exceeds the sum of "
-            f"{_listed(principal[:2])} ({shown}), breaking the triangle inequality; {_HINT}.",
-            shown,
-        )
-        return
+    if breaks_triangle(matrix, _ROUNDING):
+        return  # told of the whole rigid body
     gyration = math.sqrt(principal[2] / mass)
     if not _GYRATION[0] < gyration < _GYRATION[1]:
         findings.warn(
@@ -104,5 +102,32 @@ def _check_inertia(element: Element, mass: float, values: NDArray[np.float64], f
         )
 
 
-def _listed(values: NDArray[np.float64]) -> str:
+def _check_triangles(links: list[Element], names: list[str], carriers: dict[str, Joint], findings: Findings) -> None:
+    """Links that no body can be: an error, but a warning where all that is fixed together can be one.
+
+    Only the sum over the links of a rigid body is in the equations of motion.
+    """
+    parts = parts_of(links, names, carriers)
+    broken = [part for part in parts if breaks_triangle(part.inertia, _ROUNDING)]
+    is_possible = bool(broken) and not breaks_triangle(inertia_of(parts), _ROUNDING)
+    for part in broken:
+        xx, yy, zz = (float(part.element.get(name, "nan")) for name in ("ixx", "iyy", "izz"))
+        shown = f"ixx={xx:g}, iyy={yy:g}, izz={zz:g}"
+        principal = np.asarray(np.linalg.eigvalsh(part.inertia), dtype=float)
+        what = (
+            f"no body has these principal moments: {principal[2]:.4g} kg m^2 exceeds the sum of "
+            f"{_listed(principal[:2])} ({shown}), breaking the triangle inequality"
+        )
+        if is_possible:
+            others = ", ".join(other.name for other in parts if other is not part)
+            findings.warn(
+                part.element,
+                f"{what}; with what is fixed to it ({others}) a body can have them, and that moves.",
+                shown,
+            )
+        else:
+            findings.error(part.element, f"{what}; {_HINT}.", shown)
+
+
+def _listed(values: Array) -> str:
     return ", ".join(f"{value:.4g}" for value in values)

@@ -35,6 +35,7 @@ def check_types(root: Element, findings: Findings) -> None:
 def check_joints(tree: Tree, findings: Findings) -> None:
     """Axis, limits, mimic and place of each joint."""
     names = {joint.name for joint in tree.joints}
+    _check_dynamics([joint.element.find("dynamics") for joint in tree.joints if joint.is_moving], findings)
     for joint in tree.joints:
         origin = joint.element.find("origin")
         xyz = numbers_of(origin, "xyz", "0 0 0")
@@ -47,7 +48,6 @@ def check_joints(tree: Tree, findings: Findings) -> None:
         if joint.is_moving:
             _check_axis(joint, findings)
             _check_limit(joint, findings)
-            _check_dynamics(joint.element.find("dynamics"), findings)
         _check_mimic(joint, names, findings)
 
 
@@ -111,15 +111,20 @@ def _check_limit(joint: Joint, findings: Findings) -> None:
         findings.warn(limit, f"{shown} is more than {_FAR:g} m; is it in millimetres? URDF has metres.", shown)
 
 
-def _check_dynamics(dynamics: ElementTree.Element | None, findings: Findings) -> None:
-    if not isinstance(dynamics, Element):
-        return
-    for name in ("damping", "friction"):
-        value = numbers_of(dynamics, name, "0")
-        if value and value[0] > 0.0:
-            findings.warn(
-                dynamics, f'{name}="{dynamics.get(name)}" is not used: the joints of softhand run free.', name
-            )
+def _check_dynamics(elements: list[ElementTree.Element | None], findings: Findings) -> None:
+    """One warning for all damping and friction of the file."""
+    found = []
+    for element in elements:
+        for name in ("damping", "friction"):
+            value = numbers_of(element, name, "0")
+            if isinstance(element, Element) and value and value[0] > 0.0:
+                found.append((element, name))
+    if found:
+        element, name = found[0]
+        more = f", nor that of {len(found) - 1} more in this file" if len(found) > 1 else ""
+        findings.warn(
+            element, f'{name}="{element.get(name)}" is not used{more}: the joints of softhand run free.', name
+        )
 
 
 def _check_mimic(joint: Joint, names: set[str], findings: Findings) -> None:
