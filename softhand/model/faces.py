@@ -62,6 +62,47 @@ class Box:
             faces.append(Face(normal, self.rotation[:, (axis + 1) % 3].copy(), offset, others))
         return tuple(faces)
 
+    def surface_points(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Points spread evenly over the surface, none on an edge.
+
+        Args:
+            count: about how many; each face has one at least.
+
+        Returns:
+            Points [m] and outward normals in the object frame, shape (n, 3) each.
+        """
+        sides = 2.0 * self.half
+        spacing = np.sqrt(2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0]) / count)
+        rows = np.maximum(np.rint(sides / spacing), 1).astype(int)
+        lines = [half * ((2.0 * np.arange(n) + 1.0) / n - 1.0) for half, n in zip(self.half, rows, strict=True)]
+        points, normals = [], []
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                line = [*lines]
+                line[axis] = np.array([sign * self.half[axis]])
+                grid = np.stack(np.meshgrid(*line, indexing="ij"), axis=-1).reshape(-1, 3)
+                points.append(self.centre + grid @ self.rotation.T)
+                normals.append(np.tile(sign * self.rotation[:, axis], (len(grid), 1)))
+        return np.concatenate(points), np.concatenate(normals)
+
+    def nearest(self, point: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The surface point nearest to a point inside or outside, and the outward normal of the face there.
+
+        Args:
+            point: in the object frame [m], shape (3,).
+
+        Returns:
+            Surface point [m] and outward unit normal in the object frame, shape (3,) each; next to an edge the normal
+            of the face that the point is farthest beyond.
+        """
+        place = self.rotation.T @ (np.asarray(point, dtype=float) - self.centre)
+        beyond = np.abs(place) - self.half
+        axis = int(np.argmax(beyond))
+        sign = 1.0 if place[axis] >= 0.0 else -1.0
+        place = np.clip(place, -self.half, self.half)
+        place[axis] = sign * self.half[axis]
+        return self.centre + self.rotation @ place, sign * self.rotation[:, axis]
+
 
 def read_box(file: Path, body: pin.Model) -> Box:
     """The collision box of an object's URDF.
