@@ -108,7 +108,7 @@ def solve_grasp(
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
         _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
-    angles = _initial_joints(world, joint_guess)
+    angles = initial_joints(world, joint_guess)
     arm = Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
@@ -187,8 +187,8 @@ def _check_friction(name: str, friction: float, pressing: float, force: Array, n
         )  # fmt: skip
 
 
-def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
-    """Where the inverse kinematics starts [rad], shape (n,)."""
+def initial_joints(world: World, guess: ArrayLike | None) -> Array:
+    """Where the inverse kinematics starts [rad], shape (n,); GraspError for a guess of another length."""
     lower, upper = world.position_limits
     if guess is None:
         return np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)

@@ -16,7 +16,7 @@ from softhand.assembly import read_grasp, read_law, read_world
 from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.records import PAD
 from softhand.errors import GraspError
-from softhand.grasp import contact_forces, plain_depth
+from softhand.grasp import contact_forces, initial_joints, plain_depth
 from softhand.laws.law import Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.configuration import rotation_of
@@ -210,7 +210,7 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         torsion = grasp.force[:, 3]
     except GraspError as error:
         refusal = error
-        angles = start_of(world, scenario)
+        angles = initial_joints(world, scenario.grasp.joint_guess)
         torsion = np.full(nc, np.nan)
         for i in range(nc):
             depth = pressed_depth(law, -1.0 if np.isnan(forces[i]).any() else float(normals[i] @ forces[i]))
@@ -346,15 +346,6 @@ def own_columns(world: World, index: int) -> list[int]:
     """Velocity indices of the joints that move only this tip."""
     shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
     return [column for column in world.tips[index].columns if column not in shared]
-
-
-def start_of(world: World, scenario: Scenario) -> Array:
-    """Where the inverse kinematics begins [rad], shape (n,)."""
-    lower, upper = world.position_limits
-    guess = scenario.grasp.joint_guess
-    if guess is None:
-        return np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
-    return np.clip(np.array(guess), lower, upper)
 
 
 def joints_of(world: World, q: Array) -> Array:

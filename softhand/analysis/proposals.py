@@ -24,12 +24,12 @@ from softhand.analysis.grasp_quality import (
     size_of,
     skeleton,
     squeeze,
-    start_of,
     torsion_length,
 )
 from softhand.analysis.wrenches import Contacts, closure_margin, primitive_wrenches, tangents
 from softhand.assembly import read_law, read_world
 from softhand.errors import GraspError
+from softhand.grasp import initial_joints
 from softhand.model.arm import REACHED, Arm
 from softhand.model.configuration import rotation_of
 from softhand.model.faces import Box
@@ -174,7 +174,7 @@ class _Search:
         self.shape: Box = shape_of(world)
         self.position, self.rotation = np.array(scenario.object.position), rotation_of(scenario.object.rpy)
         self.centre = np.array(world.model.inertias[world.object_joint].lever)
-        self.start = start_of(world, scenario)
+        self.start = initial_joints(world, scenario.grasp.joint_guess)
         self.depth = pressed_depth(self.law, 2.0 * PRESSING)
         self.surface = [
             (point, normal) for point, normal in zip(*self.shape.surface_points(points), strict=True)
