@@ -10,7 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hands import CONTACT_POINTS, FINGER_GUESS, LAYOUTS, REFERENCE, holding_torque, reference_task, write_box, write_hand
+from hands import (
+    CONTACT_POINTS,
+    FINGER_GUESS,
+    LAYOUTS,
+    REFERENCE,
+    holding_torque,
+    reference_task,
+    write_box,
+    write_hand,
+)
 
 import softhand
 from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
@@ -197,7 +206,7 @@ def test_a_point_off_the_surface_is_told() -> None:
     points[1][0] = -0.030
     found = quality(grasp__contact_points=points)
     assert found.refusal is not None and found.refusal.quantity == "contact point"  # type: ignore[attr-defined]
-    np.testing.assert_allclose(found.points[1], np.array(REFERENCE.position) + [-0.028, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.points[1], np.add(REFERENCE.position, [-0.028, 0.0, 0.0]), atol=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------------- the command

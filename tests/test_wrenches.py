@@ -46,7 +46,9 @@ def turned(contacts: Contacts, rotation: np.ndarray) -> Contacts:
 
 def test_the_wrench_of_one_force() -> None:
     """An upward force out on +x turns the object about -y: the moment is p x f."""
-    np.testing.assert_array_equal(wrench([0.0, 0.0, 2.0], [0.03, 0.0, 0.0]), [0.0, 0.0, 2.0, 0.0, -0.06, 0.0])
+    np.testing.assert_array_equal(
+        wrench(np.array([0.0, 0.0, 2.0]), np.array([0.03, 0.0, 0.0])), [0.0, 0.0, 2.0, 0.0, -0.06, 0.0]
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -7,17 +7,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.analysis.chains import approach, finger_chain
-from softhand.analysis.wrenches import Contacts, closure_margin, least_squeeze, singular_values, tangents
+from softhand.analysis.grasp_parts import (
+    joints_of,
+    own_columns,
+    pressed_depth,
+    shape_of,
+    size_of,
+    skeleton,
+    squeeze,
+    torsion_length,
+)
+from softhand.analysis.wrenches import Contacts, closure_margin, singular_values, tangents
 from softhand.assembly import read_grasp, read_law, read_world
-from softhand.contact.friction import limit_surface_use, spin_length
-from softhand.contact.records import PAD
+from softhand.contact.friction import limit_surface_use
 from softhand.errors import GraspError
-from softhand.grasp import contact_forces, initial_joints, plain_depth
-from softhand.laws.law import Law
+from softhand.grasp import contact_forces, initial_joints
 from softhand.model.arm import REACHED, Arm
 from softhand.model.configuration import rotation_of
 from softhand.model.faces import Box
@@ -27,8 +34,6 @@ from softhand.scenario import Scenario
 
 Array = NDArray[np.float64]
 
-_USUAL_PHI = math.radians(60.0)  # where a tip is taken to press whose angle is not known
-_LEAST_FORCE = 1.0  # [N] with which a tip is taken to press whose force is not known
 _TOUCH = 0.1  # [N] with which each tip presses at least under the least internal forces
 
 
@@ -75,8 +80,10 @@ class FingerQuality:
 
     @property
     def manipulability(self) -> float:
-        """w = sqrt(det J J^T), the product of `speeds` [m^3/rad^3]; Yoshikawa, Manipulability of Robotic Mechanisms
-        (1985). Zero for a finger that moves in a plane."""
+        """w = sqrt(det J J^T), the product of `speeds` [m^3/rad^3]; zero for a finger that moves in a plane.
+
+        Yoshikawa, Manipulability of Robotic Mechanisms (1985).
+        """
         return float(np.prod(self.speeds))
 
 
@@ -92,7 +99,8 @@ class GraspQuality:
         singular_values_hard: the same without torsion.
         margin: of force closure, [N] for one newton of normal force in all.
         internal_force: f_N of the scenario [N], shape (pairs,).
-        least_internal_force: the smallest that would hold, with each tip pressing with 0.1 N, shape (pairs,); None if none does.
+        least_internal_force: the smallest that would hold with each tip pressing with 0.1 N, shape (pairs,); None if
+            none does.
         refusal: why there is no grasp at rest; None if there is one.
         position: of the object frame [m].
         rotation: axes of the object frame, shape (3, 3).
@@ -137,6 +145,7 @@ class GraspQuality:
             ("to the nearest limit [deg]", [_numbers(np.degrees(finger.reserve), "{:.1f}") for finger in fingers]),
             ("torque, of its limit [%]", [_numbers(100.0 * finger.torque_use, "{:.0f}") for finger in fingers]),
             ("tip moves by [mm/rad]", [_numbers(1e3 * finger.speeds, "{:.0f}") for finger in fingers]),
+            ("manipulability [cm^3/rad^3]", [_number(1e6 * finger.manipulability, "{:.0f}") for finger in fingers]),
             ("Phi, from the rim [deg]", [_number(math.degrees(finger.Phi), "{:.1f}") for finger in fingers]),
             ("Phi, to the apex [deg]", [_number(90.0 - math.degrees(finger.Phi), "{:.1f}") for finger in fingers]),
             ("dr [mm]", [_number(1e3 * finger.depth, "{:.2f}") for finger in fingers]),
@@ -187,79 +196,90 @@ def grasp_quality(scenario: Scenario) -> GraspQuality:
 
 def quality_in(world: World, scenario: Scenario) -> GraspQuality:
     """`grasp_quality` with hand and object already read."""
-    law, friction = read_law(scenario), scenario.fingertip.friction
+    friction, nc = scenario.fingertip.friction, world.n_tips
     position, rotation = np.array(scenario.object.position), rotation_of(scenario.object.rpy)
-    nc = world.n_tips
-    internal_force = np.array(scenario.grasp.internal_force)
-    shape, refusal = shape_of(world), None
+    shape, inertia = shape_of(world), world.model.inertias[world.object_joint]
     surface = [shape.nearest(point) for point in scenario.grasp.contact_points]
     points = position + np.array([point for point, _ in surface]) @ rotation.T
     normals = -np.array([normal for _, normal in surface]) @ rotation.T
-    depths, angles_of_contact = np.full(nc, np.nan), np.full(nc, np.nan)
-    forces = np.full((nc, 3), np.nan)
-    missing = np.zeros(nc)
+    forces = _forces(world, scenario, points, position, rotation)
+    posture = _posture(world, scenario, points, normals, forces)
     arm = Arm(world)
-    try:
-        forces = contact_forces(world, list(points), position, rotation, internal_force)
-    except GraspError as error:
-        refusal = error
-    try:
-        _, grasp = read_grasp(scenario, world, law)
-        depths, angles_of_contact = grasp.deformation[:, 0], grasp.angles[:, 1]
-        angles = joints_of(world, grasp.state.q)
-        torsion = grasp.force[:, 3]
-    except GraspError as error:
-        refusal = error
-        angles = initial_joints(world, scenario.grasp.joint_guess)
-        torsion = np.full(nc, np.nan)
-        for i in range(nc):
-            depth = pressed_depth(law, -1.0 if np.isnan(forces[i]).any() else float(normals[i] @ forces[i]))
-            missing[i] = _approach(world, arm, i, points[i] - (law.radius - depth) * normals[i], angles)
-    arm.move(angles)
-    effort = arm.gravity_torque() + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(nc))
-    if np.any(missing > REACHED):
-        effort[:] = np.nan
-    fingers = []
-    for i in range(nc):
-        pressing = float(normals[i] @ forces[i])
-        depth = depths[i] if np.isfinite(depths[i]) else pressed_depth(law, pressing)
-        length = torsion_length(scenario, law, depth)
-        t_1, t_2 = tangents(normals[i])
-        force = np.array([t_1 @ forces[i], t_2 @ forces[i], pressing, torsion[i]])
-        fingers.append(
-            _finger(world, arm, i, angles, missing[i], effort, float(angles_of_contact[i]), float(depths[i]), force,
-                    friction, length)
-        )  # fmt: skip
-    inertia = world.model.inertias[world.object_joint]
+    arm.move(posture.angles)
+    torque = arm.gravity_torque() + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(nc))
+    if np.any(posture.missing):
+        torque[:] = np.nan  # not all tips press
+    fingers = tuple(_finger(arm, i, posture, normals[i], forces[i], torque, scenario) for i in range(nc))
     centre = position + rotation @ inertia.lever
-    contacts = Contacts(
-        points - centre, normals, np.full(nc, friction), np.array([f.torsion_length for f in fingers]), size_of(world)
-    )
+    torsion_lengths = np.array([finger.torsion_length for finger in fingers])
+    contacts = Contacts(points - centre, normals, np.full(nc, friction), torsion_lengths, size_of(world))
     return GraspQuality(
-        fingers=tuple(fingers),
+        fingers=fingers,
         contacts=contacts,
         forces=forces,
         singular_values=singular_values(contacts),
         singular_values_hard=singular_values(contacts, has_torsion=False),
         margin=closure_margin(contacts),
-        internal_force=internal_force,
+        internal_force=np.array(scenario.grasp.internal_force),
         least_internal_force=squeeze(world, points, normals, friction, position, rotation, 1.0, _TOUCH),
-        refusal=refusal,
+        refusal=posture.refusal,
         position=position,
         rotation=rotation,
         centre_of_mass=centre,
         weight=inertia.mass * world.gravity,
         shape=shape,
         fingers_at=tuple(skeleton(world, arm, i) for i in range(nc)),
-        radius=law.radius,
+        radius=read_law(scenario).radius,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Posture:
+    """Joints and tips at rest, or as near to it as they get; NaN is what is then not known."""
+
+    angles: Array  # (n,)
+    missing: Array  # (nc,)
+    depth: Array  # (nc,)
+    Phi: Array  # (nc,)
+    torsion: Array  # (nc,)
+    refusal: GraspError | None
+
+
+def _forces(world: World, scenario: Scenario, points: Array, position: Array, rotation: Array) -> Array:
+    """Forces on the object [N], in the world, shape (nc, 3); NaN if the contacts cannot carry it."""
+    try:
+        return contact_forces(world, list(points), position, rotation, scenario.grasp.internal_force)
+    except GraspError:
+        return np.full((len(points), 3), np.nan)
+
+
+def _posture(world: World, scenario: Scenario, points: Array, normals: Array, forces: Array) -> _Posture:
+    law, nc = read_law(scenario), len(points)
+    try:
+        _, grasp = read_grasp(scenario, world, law)
+    except GraspError as error:
+        refusal = error
+    else:
+        return _Posture(
+            joints_of(world, grasp.state.q),
+            np.zeros(nc),
+            grasp.deformation[:, 0],
+            grasp.angles[:, 1],
+            grasp.force[:, 3],
+            None,
+        )
+    arm, angles = Arm(world), initial_joints(world, scenario.grasp.joint_guess)
+    depths = [pressed_depth(law, float(normal @ force)) for normal, force in zip(normals, forces, strict=True)]
+    centres = points - (law.radius - np.array(depths))[:, None] * normals
+    missing = np.array([_approach(world, arm, i, centre, angles) for i, centre in enumerate(centres)])
+    unknown = np.full(nc, np.nan)
+    return _Posture(angles, missing, unknown, unknown, unknown, refusal)
 
 
 def _approach(world: World, arm: Arm, index: int, target: Array, angles: Array) -> float:
     """Joint angles of a finger that reaches a target or stops as near to it as it gets; the distance left [m]."""
-    gap = arm.reach(index, target, angles)
-    if gap <= REACHED:
-        return gap
+    if arm.reach(index, target, angles) <= REACHED:
+        return 0.0
     links, columns = finger_chain(world, index, angles)
     lower, upper = (limit[columns] for limit in world.position_limits)
     own = angles[columns].copy()
@@ -269,100 +289,39 @@ def _approach(world: World, arm: Arm, index: int, target: Array, angles: Array) 
 
 
 def _finger(
-    world: World, arm: Arm, index: int, angles: Array, missing: float, effort: Array, Phi: float, depth: float,
-    force: Array, friction: float, length: float,
-) -> FingerQuality:  # fmt: skip
-    columns = list(world.tips[index].columns)
-    own = own_columns(world, index)
+    arm: Arm, index: int, posture: _Posture, normal: Array, push: Array, torque: Array, scenario: Scenario
+) -> FingerQuality:
+    """One finger, the arm at its posture."""
+    world, law, friction = arm.world, read_law(scenario), scenario.fingertip.friction
+    columns, own = list(world.tips[index].columns), own_columns(world, index)
     lower, upper = world.position_limits
     centre, _ = arm.tip(index)
     speeds = np.linalg.svd(arm.point_jacobian(index, centre)[:, own], compute_uv=False)
     chain = skeleton(world, arm, index)[len(columns) - len(own) :]
-    reach = float(np.sum(np.linalg.norm(np.diff(chain, axis=0), axis=1)))
-    pulls = not force[2] > 0.0 and not np.isnan(force[2])
-    with_torsion = np.nan_to_num(force) if pulls or np.isnan(force[3]) else force
-    use = math.inf if pulls else float(np.hypot(force[0], force[1]) / (friction * force[2]))
-    coupled = use if pulls or np.isnan(force).any() else limit_surface_use(with_torsion, friction, length)
+    length = float(np.sum(np.linalg.norm(np.diff(chain, axis=0), axis=1)))
+    t_1, t_2 = tangents(normal)
+    force = np.array([t_1 @ push, t_2 @ push, normal @ push, posture.torsion[index]])
+    depth = posture.depth[index]
+    spin = torsion_length(scenario, law, depth if np.isfinite(depth) else pressed_depth(law, float(force[2])))
+    use = math.inf if force[2] <= 0.0 else float(np.hypot(force[0], force[1]) / (friction * force[2]))
     return FingerQuality(
         name=world.tips[index].name,
         joint_names=tuple(world.joint_names[column] for column in columns),
-        missing=missing if missing > REACHED else 0.0,
-        stretch=float(np.linalg.norm(centre - chain[0])) / reach,
-        length=reach,
-        angles=angles[columns],
-        reserve=np.minimum(angles - lower, upper - angles)[columns],
-        torque=effort[columns],
-        torque_use=np.abs(effort[columns]) / world.effort_limit[columns],
+        missing=float(posture.missing[index]),
+        stretch=float(np.linalg.norm(centre - chain[0])) / length,
+        length=length,
+        angles=posture.angles[columns],
+        reserve=np.minimum(posture.angles - lower, upper - posture.angles)[columns],
+        torque=torque[columns],
+        torque_use=np.abs(torque[columns]) / world.effort_limit[columns],
         speeds=np.concatenate([speeds, np.zeros(3 - len(speeds))]),
-        Phi=Phi,
-        depth=depth,
+        Phi=float(posture.Phi[index]),
+        depth=float(depth),
         force=force,
         friction_use=use,
-        limit_surface_use=float(coupled),
-        torsion_length=length,
+        limit_surface_use=float(limit_surface_use(force, friction, spin)),
+        torsion_length=spin,
     )
-
-
-def shape_of(world: World) -> Box:
-    """The solid that the tips meet: `surface_points` and `nearest` are all that is used of it."""
-    return world.box
-
-
-def size_of(world: World) -> float:
-    """L = sqrt(tr I / 2 m): root of the mean squared distance of the mass from its centre [m]."""
-    inertia = world.model.inertias[world.object_joint]
-    return math.sqrt(float(np.trace(inertia.inertia)) / (2.0 * inertia.mass))
-
-
-def squeeze(
-    world: World, points: Array, normals: Array, friction: float, position: Array, rotation: Array, use: float = 1.0,
-    least_normal: float = 0.0,
-) -> Array | None:  # fmt: skip
-    """`least_squeeze` of contacts in the world, shape (nc, 3) each; None too where they cannot carry the weight."""
-    nc = len(points)
-    pairs = len(contact_pairs(nc))
-    try:
-        carried = contact_forces(world, list(points), position, rotation, np.zeros(pairs))
-    except GraspError:
-        return None
-    each = [contact_forces(world, list(points), position, rotation, unit) - carried for unit in np.eye(pairs)]
-    return least_squeeze(carried, np.stack(each, axis=2), normals, np.full(nc, friction), use, least_normal)
-
-
-def pressed_depth(law: Law, pressing: float) -> float:
-    """dr [m] under a normal force without shear; that of 1 N if the force is not known or pulls."""
-    return plain_depth(law, _USUAL_PHI, 0.0, pressing if pressing > _LEAST_FORCE else _LEAST_FORCE)
-
-
-def torsion_length(scenario: Scenario, law: Law, depth: float) -> float:
-    """tau_max / (mu f_z) at a depth [m]."""
-    pad = np.zeros(1, PAD)[0]
-    pad["radius"], pad["torsion_share"] = law.radius, law.torsion_share or 0.0
-    pad["torsion_length"] = scenario.fingertip.torsion_length or 0.0
-    return float(spin_length(pad, law.radius - depth))
-
-
-def own_columns(world: World, index: int) -> list[int]:
-    """Velocity indices of the joints that move only this tip."""
-    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
-    return [column for column in world.tips[index].columns if column not in shared]
-
-
-def joints_of(world: World, q: Array) -> Array:
-    """Joint angles [rad or m], shape (n,), of a configuration of the model."""
-    angles = np.zeros(world.n_joints)
-    for joint in list(world.model.joints)[1:-1]:
-        own = q[joint.idx_q : joint.idx_q + joint.nq]
-        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
-    return angles
-
-
-def skeleton(world: World, arm: Arm, index: int) -> Array:
-    """Origins of the joints of a finger and the centre of its tip at the last `move` [m], shape (joints + 1, 3)."""
-    data = world.model.createData()
-    pin.forwardKinematics(world.model, data, arm.q)
-    chain = list(world.model.supports[world.tips[index].joint])[1:]
-    return np.array([*(data.oMi[joint].translation for joint in chain), arm.tip(index)[0]])
 
 
 def _reach(finger: FingerQuality) -> str:

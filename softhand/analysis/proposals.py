@@ -1,8 +1,8 @@
 """Grasps proposed: contact points that the fingers of a hand reach and from which they hold the object.
 
-The surface is sampled, each finger keeps the points that it reaches, and of the combinations those are tried first whose
-force-closure margin could be the largest: a bound of it, the least support of the corners of `primitive_wrenches` over
-many directions, costs a thousandth of the margin. A proposal has been solved as a grasp at rest.
+The surface is sampled, each finger keeps the points that it reaches, and of the combinations those are tried first
+whose force-closure margin could be the largest: a bound of it, the least support of the corners of `primitive_wrenches`
+over many directions, costs a thousandth of the margin. A proposal has been solved as a grasp at rest.
 """
 
 from __future__ import annotations
@@ -10,22 +10,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.analysis.chains import approach, finger_chain
-from softhand.analysis.grasp_quality import (
-    GraspQuality,
+from softhand.analysis.grasp_parts import (
     own_columns,
     pressed_depth,
-    quality_in,
     shape_of,
     size_of,
     skeleton,
     squeeze,
     torsion_length,
 )
+from softhand.analysis.grasp_quality import GraspQuality, quality_in
 from softhand.analysis.wrenches import Contacts, closure_margin, primitive_wrenches, tangents
 from softhand.assembly import read_law, read_world
 from softhand.errors import GraspError
@@ -205,7 +205,9 @@ class _Search:
             starts += list(rng.uniform(*within, (_STARTS, len(columns))))
         for start in starts:
             angles, at, n = start.copy(), point, normal
-            for _ in range(8):  # a finger that moves in a plane, or ends short of the point, takes the nearest it reaches
+            for _ in range(
+                8
+            ):  # a finger that moves in a plane, or ends short of the point, takes the nearest it reaches
                 centre = self._to_world(at + (self.law.radius - self.depth) * n)
                 gap = approach(links, centre, angles, low, high, axes)
                 if gap < REACHED or gap > self.spacing:
@@ -275,7 +277,7 @@ class _Search:
         order = np.argsort(-bounds, kind="stable")
         order = order[bounds[order] > 1e-6][: _BATCH * _BATCHES]
         for begin in range(0, len(order), _BATCH):
-            batch = []
+            batch: list[tuple[float, int, tuple[_Place, ...]]] = []
             for row in order[begin : begin + _BATCH]:
                 choice = tuple(found[k] for found, k in zip(places, chosen[row], strict=True))
                 margin = closure_margin(self._contacts(choice))
@@ -394,7 +396,7 @@ class _Search:
 def _along(joints: Array) -> Array:
     """Points along a finger [m], shape (points, 3)."""
     shares = np.arange(1, _SAMPLES + 1) / _SAMPLES
-    parts = [joints[:1], *(a + shares[:, None] * (b - a) for a, b in zip(joints[:-1], joints[1:], strict=True))]
+    parts = [joints[:1], *(a + shares[:, None] * (b - a) for a, b in pairwise(joints))]
     return np.concatenate(parts)
 
 

@@ -56,13 +56,13 @@ def check_recording(recording: Recording) -> RecordingCheckup:
                 warnings.append(f"{name}: {text}.")
     try:
         scenario = recorded_scenario(recording)
-        rows.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
         warnings += _length(recording, scenario)
+        if not errors and not missing:
+            rows.append(("energy", _energy(recording)))
+        rows.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
     except SofthandError as error:
-        rows.append(("scenario", "cannot be read"))
-        warnings.append(str(error))
-    else:
-        rows += [] if errors else [("energy", _energy(recording))]
+        rows.append(("scenario", "cannot be used with this version"))
+        warnings.append(f"its scenario cannot be used: {error}")
     return RecordingCheckup(rows, errors, warnings)
 
 
@@ -71,11 +71,11 @@ def _rows(recording: Recording) -> list[tuple[str, str]]:
     labels = [f"{len(names)} {dim}s" for dim, names in recording.labels.items()]
     rows = [
         ("ended", "complete" if recording.complete else f"early, at {recording.stop_time:g} s"),
-        ("version", recording.version if recording.version == __version__ else f"{recording.version}, this is {__version__}"),
+        ("version", recording.version + ("" if recording.version == __version__ else f", this is {__version__}")),
         ("samples", f"{len(recording)}" + (f", {time[0]:g} to {time[-1]:g} s" if len(time) else "")),
         ("of", ", ".join(labels)),
         ("variables", f"{len(recording.variables)} of {len(VARIABLES)}"),
-    ]  # fmt: skip
+    ]
     if recording.hand_urdf and recording.object_urdf:
         rows.append(("URDFs", "of hand and object are in it"))
     return rows
@@ -164,10 +164,7 @@ def _length(recording: Recording, scenario: Scenario) -> Iterator[str]:
 
 def _energy(recording: Recording) -> str:
     """The residual of the energy ledger over what was exchanged."""
-    try:
-        ledger = energy_ledger(recording)
-    except (SofthandError, KeyError, AttributeError) as error:
-        return f"no ledger: {error}"
+    ledger = energy_ledger(recording)
     share = abs(float(ledger.residual[-1])) / max(ledger.exchanged, 1e-300)
     return f"{ledger.residual_name}: {1e3 * ledger.residual[-1]:.3g} mJ, {100.0 * share:.2g} % of the largest account"
 

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
@@ -49,13 +49,14 @@ class Contacts:
     def without(self, index: int) -> Contacts:
         """The same contacts but one."""
         kept = [i for i in range(len(self)) if i != index]
-        arrays = (self.points, self.normals, self.friction, self.torsion_length)
-        return Contacts(*(array[kept] for array in arrays), self.length)
+        return Contacts(
+            self.points[kept], self.normals[kept], self.friction[kept], self.torsion_length[kept], self.length
+        )
 
 
-def tangents(normal: ArrayLike) -> tuple[Array, Array]:
+def tangents(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors t_1, t_2 that make a right-handed frame (t_1, t_2, normal)."""
-    x, y, z = np.asarray(normal, dtype=float).tolist()
+    x, y, z = normal.tolist()
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         first = np.array([0.0, -z, y]) / math.hypot(y, z)
     elif abs(y) <= abs(z):
@@ -65,9 +66,9 @@ def tangents(normal: ArrayLike) -> tuple[Array, Array]:
     return first, np.cross(normal, first)
 
 
-def wrench(force: ArrayLike, point: ArrayLike, moment: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+def wrench(force: Array, point: Array, moment: Array | float = 0.0) -> Array:
     """w = (f, p x f + m) of a force [N] and a moment [N m] on the object at a point [m], shape (6,)."""
-    return np.concatenate([force, np.cross(point, force) + np.asarray(moment)])
+    return np.concatenate([force, np.cross(point, force) + moment])
 
 
 def grasp_map(contacts: Contacts, has_torsion: bool = True) -> Array:
@@ -108,7 +109,8 @@ def primitive_wrenches(contacts: Contacts, edges: int = EDGES) -> Array:
 
         f = n + mu (cos a t_1 + sin a t_2),  a = 2 pi k / edges,   and for a soft finger  f = n with tau = +-mu l
 
-    inscribed in the cone and in the limit surface (|f_t| / (mu f_n))^2 + (tau / (mu l f_n))^2 = 1, l = tau_max / (mu f_n).
+    inscribed in the cone and in the limit surface (|f_t| / (mu f_n))^2 + (tau / (mu l f_n))^2 = 1, where
+    l = tau_max / (mu f_n).
 
     Returns:
         [N], shape (contacts, corners, 6) by contact, the corners of a hard finger filled up with its normal.
@@ -165,8 +167,8 @@ def least_squeeze(
 
         min sum f_N,  f_N >= 0,   f = carried + internal f_N,   |f_t| <= use mu f_n,   f_n >= least_normal
 
-    A linear program in which a violated cone is cut off by its tangent plane, d . f_t <= use mu f_n for d = f_t / |f_t|,
-    until none is: the cones are round.
+    A linear program in which a violated cone is cut off by its tangent plane, d . f_t <= use mu f_n for
+    d = f_t / |f_t|, until none is: the cones are round.
 
     Args:
         carried: forces on the object without squeeze [N], shape (nc, 3).

@@ -12,7 +12,9 @@ from softhand.commands.console import Plugins, Quiet, Set, console, escape, prin
 from softhand.errors import ScenarioError
 
 
-@app.command(epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4; softhand check run.nc")
+@app.command(
+    epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4; softhand check run.nc"
+)
 def check(
     target: Annotated[str, typer.Argument(help="A .urdf file, a scenario that ships, a .toml file, or a run.nc.")],
     changes: Set = [],  # noqa: B006  typer copies it

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from softhand.analysis.proposals import Proposal
 
 
-@app.command(epilog="Example: softhand grasp target-a --set grasp.internal_force=[2,2,2]; softhand grasp my.toml --propose")
+@app.command(
+    epilog="Example: softhand grasp target-a --set grasp.internal_force=[2,2,2]; softhand grasp my.toml --propose"
+)
 def grasp(
     scenario: Annotated[
         str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from softhand.plots.style import FINGERS, OBJECT, STYLE, WARNING, draw_legend, d
 
 Array = NDArray[np.float64]
 
+_WIDTH, _HEIGHT = 9.0, 6.0  # [in]
 _LONGEST = 0.75  # of the longest arrow, over the characteristic length of the object
 _ARROW = "0.12"
 _WEIGHT = "0.45"
@@ -61,7 +63,7 @@ def draw_grasp(quality: GraspQuality, title: str) -> Figure:
         title: of the figure.
     """
     with rc_context(STYLE):
-        figure = new_figure(6.0)
+        figure = new_figure(_HEIGHT)
         warning = "" if quality.refusal is None else f"No grasp at rest: {quality.refusal}"
         draw_legend(figure, _handles(quality), from_top(figure, 0.34), loc="upper left")
         lines = 1 + len(textwrap.wrap(warning, 145)) if warning else 0
@@ -84,7 +86,8 @@ def draw_grasp(quality: GraspQuality, title: str) -> Figure:
 
 def _handles(quality: GraspQuality) -> list[Line2D]:
     handles = [
-        Line2D([], [], color=_color(i), lw=4.0, label=finger.name) for i, finger in enumerate(quality.fingers)
+        Line2D([], [], color=_color(i), lw=4.0, label=finger.name.removesuffix("_tip"))
+        for i, finger in enumerate(quality.fingers)
     ]
     cone = Patch(facecolor="0.6", alpha=0.35, label="friction cone")
     force = Line2D([], [], color=_ARROW, lw=1.6, label="force on the object")
@@ -147,16 +150,16 @@ def _hull(shape: Box) -> tuple[Array, list[tuple[Array, Array]], list[tuple[int,
     facets = [(simplex, normal) for simplex, normal in zip(hull.simplices, normals, strict=True)]
     edges = []
     for one, (simplex, neighbours) in enumerate(zip(hull.simplices, hull.neighbors, strict=True)):
-        for k, other in enumerate(neighbours):
+        for opposite, other in enumerate(neighbours):
             if one < other:
-                a, b = (int(corner) for j, corner in enumerate(simplex) if j != k)
+                a, b = (int(corner) for j, corner in enumerate(simplex) if j != opposite)
                 edges.append((a, b, one, int(other), bool(normals[one] @ normals[other] < _SHARP)))
     return hull.points, facets, edges
 
 
 def _draw_finger(axes: Axes, view: _View, line: Array, middle: Array, radius: float, color: str) -> None:
     """Links as thick lines, joints as rings, the soft tip in its true size; `line` is about the object's middle."""
-    orders = [view.depth(np.array([a, b])) for a, b in zip(line[:-1], line[1:], strict=True)]
+    orders = [view.depth(np.array([a, b])) for a, b in pairwise(line)]
     for a, b, order in zip(line[:-1], line[1:], orders, strict=True):
         flat = view.flat(np.array([a, b]) + middle)
         axes.plot(*flat.T, color="white", lw=7.0, zorder=order, solid_capstyle="round")
@@ -205,15 +208,14 @@ def _finish_oblique(axes: Axes, quality: GraspQuality) -> None:
     """No axes, but their directions, a scale and the key figures."""
     axes.set_axis_off()
     view = _view(-62.0, 22.0)
-    place, size = np.array([0.06, 0.085]), 0.085
+    place, size, box = np.array([0.06, 0.085]), 0.085, axes.get_position()
+    ratio = box.width / box.height * _WIDTH / _HEIGHT
+    arrow = {"arrowstyle": "-|>", "lw": 0.9, "color": "0.35", "shrinkA": 0, "shrinkB": 0}
     for name, unit in zip("xyz", np.eye(3), strict=True):
-        ratio = axes.get_position().width * axes.figure.get_figwidth()  # type: ignore[union-attr]
-        ratio /= axes.get_position().height * axes.figure.get_figheight()  # type: ignore[union-attr]
-        end = place + size * view.flat(unit) * np.array([1.0 / ratio, 1.0])
-        axes.annotate("", end, place, xycoords="axes fraction", textcoords="axes fraction",
-                      arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": "0.35", "shrinkA": 0, "shrinkB": 0})  # fmt: skip
-        label = place + 1.28 * (end - place)
-        axes.text(*label, name, transform=axes.transAxes, ha="center", va="center", color="0.35", size=7.5)
+        way = size * view.flat(unit) * np.array([1.0 / ratio, 1.0])
+        (x, y), (label_x, label_y) = place + way, place + 1.28 * way
+        axes.annotate("", (x, y), tuple(place), "axes fraction", "axes fraction", arrow)
+        axes.text(label_x, label_y, name, transform=axes.transAxes, ha="center", va="center", color="0.35", size=7.5)
     scale = _force_scale(quality)
     closure = f"{quality.margin:.3f} N per newton" if quality.margin > 0.0 else "none"
     lines = [f"force-closure margin {closure},  smallest singular value of G {quality.singular_values[-1]:.2f}"]
@@ -226,8 +228,8 @@ def _finish_oblique(axes: Axes, quality: GraspQuality) -> None:
 
 def _force_scale(quality: GraspQuality) -> float:
     """Length of arrows [mm/N]."""
-    sizes = [np.linalg.norm(force) for force in (*quality.forces, quality.weight) if np.isfinite(force).all()]
-    return _longest(quality) / max([*sizes, 1e-9])
+    largest = float(np.nanmax(np.linalg.norm([*quality.forces, quality.weight], axis=1)))
+    return _longest(quality) / max(largest, 1e-9)
 
 
 def _longest(quality: GraspQuality) -> float:
