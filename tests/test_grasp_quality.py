@@ -192,7 +192,21 @@ def test_a_pulling_contact_is_told() -> None:
     assert any("pulls" in row for row in found.finger_rows())
 
 
-def test_a_weight_that_cannot_be_carried_is_told(tmp_path: Path) -> None:
+def test_any_friction_can_be_drawn() -> None:
+    """Hardly any, and more than there is."""
+    for friction in (1e-6, 1e6):
+        draw_grasp(quality(fingertip__friction=friction), "friction")
+
+
+def test_without_gravity_no_squeeze_is_needed_beyond_a_touch() -> None:
+    """Each of two fingers presses with the 0.1 N that are asked for."""
+    found = quality("pinch", gravity=[0.0, 0.0, 0.0])
+    assert found.refusal is None and found.least_internal_force is not None
+    np.testing.assert_allclose(found.least_internal_force, [0.1], rtol=1e-6)
+    draw_grasp(found, "weightless")
+
+
+def test_a_weight_that_cannot_be_carried_is_told() -> None:
     """Two contacts beside the centre of mass: no forces, no least squeeze, but the geometry."""
     found = quality("pinch", grasp__contact_points=[[0.028, 0.004, 0.0], [-0.028, 0.004, 0.0]])
     assert found.refusal is not None and np.isnan(found.forces).all() and found.least_internal_force is None

@@ -7,16 +7,59 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hands import FINGER_GUESS
 from test_grasp_quality import run, scenario_of
 
+from softhand.analysis.chains import approach, finger_chain, place_tip
 from softhand.analysis.grasp_quality import grasp_quality
 from softhand.analysis.proposals import PHI, PRESSING, RESERVE, USE, Proposal, propose_grasps
-from softhand.assembly import simulate
+from softhand.assembly import read_world, simulate
 from softhand.errors import GraspError
 from softhand.scenario import Scenario, load_scenario
 from softhand.scenario_file import tomllib
 
 MOVED = (0.004, 0.006, 0.139)  # [m]
+
+
+# ---------------------------------------------------------------------------------------- as near as a finger gets
+
+
+def approached(name: str, target: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Distance left, joint angles, where the first tip then is, and the limits."""
+    world = read_world(load_scenario(name))
+    links, columns = finger_chain(world, 0, np.zeros(world.n_joints))
+    lower, upper = (limit[columns] for limit in world.position_limits)
+    angles = np.array(FINGER_GUESS)
+    gap = approach(links, target, angles, lower, upper, np.empty((3, 3)))
+    place = np.empty(3)
+    place_tip(links, angles, np.empty((3, 3)), place, np.empty((3, 3)))
+    return gap, angles, place, (lower, upper)
+
+
+def test_a_point_in_reach_is_reached() -> None:
+    """To rounding."""
+    target = np.array([0.036, 0.010, 0.142])
+    gap, _, place, _ = approached("target-a", target)
+    assert gap < 1e-9
+    np.testing.assert_allclose(place, target, atol=1e-9)
+
+
+def test_a_point_beside_the_plane_of_a_finger_is_met_in_the_plane() -> None:
+    """As near as it gets: the distance to the plane."""
+    gap, _, place, _ = approached("pinch", np.array([0.036, 0.007, 0.142]))
+    assert gap == pytest.approx(0.007, rel=1e-6)
+    np.testing.assert_allclose(place, [0.036, 0.0, 0.142], atol=1e-5)
+
+
+def test_limits_are_kept() -> None:
+    """A point behind the hand: the finger stops at its limits, not beyond, and says what is left."""
+    target = np.array([0.3, 0.3, -0.1])
+    gap, angles, place, (lower, upper) = approached("target-a", target)
+    assert np.all(angles >= lower) and np.all(angles <= upper) and np.any((angles == lower) | (angles == upper))
+    assert gap == pytest.approx(np.linalg.norm(target - place), rel=1e-3) and gap > 0.1
+
+
+# --------------------------------------------------------------------------------------------------------- proposals
 
 
 @pytest.fixture(scope="module")

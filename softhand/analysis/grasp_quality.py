@@ -34,6 +34,7 @@ from softhand.scenario import Scenario
 
 Array = NDArray[np.float64]
 
+_STARTS = 8  # of a finger that does not reach its point, after the guess
 _TOUCH = 0.1  # [N] with which each tip presses at least under the least internal forces
 
 
@@ -268,24 +269,27 @@ def _posture(world: World, scenario: Scenario, points: Array, normals: Array, fo
             grasp.force[:, 3],
             None,
         )
-    arm, angles = Arm(world), initial_joints(world, scenario.grasp.joint_guess)
+    angles = initial_joints(world, scenario.grasp.joint_guess)
     depths = [pressed_depth(law, float(normal @ force)) for normal, force in zip(normals, forces, strict=True)]
     centres = points - (law.radius - np.array(depths))[:, None] * normals
-    missing = np.array([_approach(world, arm, i, centre, angles) for i, centre in enumerate(centres)])
+    missing = np.array([_approach(world, i, centre, angles) for i, centre in enumerate(centres)])
     unknown = np.full(nc, np.nan)
     return _Posture(angles, missing, unknown, unknown, unknown, refusal)
 
 
-def _approach(world: World, arm: Arm, index: int, target: Array, angles: Array) -> float:
+def _approach(world: World, index: int, target: Array, angles: Array) -> float:
     """Joint angles of a finger that reaches a target or stops as near to it as it gets; the distance left [m]."""
-    if arm.reach(index, target, angles) <= REACHED:
-        return 0.0
     links, columns = finger_chain(world, index, angles)
     lower, upper = (limit[columns] for limit in world.position_limits)
-    own = angles[columns].copy()
-    left = approach(links, target, own, lower, upper, np.empty((3, 3)))
-    angles[columns] = own
-    return left
+    within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
+    others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
+    least = math.inf
+    for start in (angles[columns], *others):
+        own = start.copy()
+        left = approach(links, target, own, lower, upper, np.empty((3, 3)))
+        if left < least - REACHED:
+            least, angles[columns] = left, own
+    return 0.0 if least <= REACHED else least
 
 
 def _finger(

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 9.0, 6.0  # [in]
 _LONGEST = 0.75  # of the longest arrow, over the characteristic length of the object
+_WIDEST = 5.0  # mu of a cone as drawn
 _ARROW = "0.12"
 _WEIGHT = "0.45"
 _DIRECTIONS = 3000
@@ -186,7 +187,7 @@ def _draw_cone(
     first /= np.linalg.norm(first)
     a = np.linspace(0.0, 2.0 * math.pi, 61)[:, None]
     side = np.cos(a) * first + np.sin(a) * np.cross(normal, first)
-    base = view.flat(point + middle + height * (normal + friction * side))
+    base = view.flat(point + middle + height * (normal + min(friction, _WIDEST) * side))
     apex = view.flat(point + middle)
     outline = np.vstack([apex, base])
     hull = ConvexHull(outline, qhull_options="QJ")
