@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -82,14 +83,11 @@ def _print_proposals(proposals: list[Proposal]) -> None:
                 f"{proposal.margin:.3f} N per newton",
                 f"{max(finger.friction_use for finger in fingers):.2f}",
                 f"{100.0 * max(finger.torque_use.max() for finger in fingers):.0f} %",
-                f"{min(finger.reserve.min() for finger in fingers) * _DEGREES:.0f} deg",
-                ", ".join(f"{finger.Phi * _DEGREES:.0f}" for finger in fingers) + " deg",
+                f"{math.degrees(min(finger.reserve.min() for finger in fingers)):.0f} deg",
+                ", ".join(f"{math.degrees(finger.Phi):.0f}" for finger in fingers) + " deg",
             )
         )
     print_table("proposals, best first", rows)
     for k, proposal in enumerate(proposals, start=1):
         console().print(f"# proposal {k}", highlight=False)
         console().print(proposal.section(), highlight=False, markup=False, soft_wrap=True)
-
-
-_DEGREES = 57.29577951308232
