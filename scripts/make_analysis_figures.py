@@ -1,4 +1,4 @@
-"""Make the figures of docs/identification.md, docs/stability.md and docs/workspace.md anew, and print their numbers.
+"""Make the figures of docs/identification, stability, workspace and grasp.md anew, and print their numbers.
 
 Example: python scripts/make_analysis_figures.py
 """
@@ -20,6 +20,7 @@ from softhand.identification.fit import fit_law
 from softhand.identification.measurements import EXAMPLE, read_measurements
 from softhand.laws.nakashima import Nakashima
 from softhand.plots.angle_force import draw_angle_force
+from softhand.plots.grasp import draw_grasp
 from softhand.plots.identification import draw_fit
 from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
@@ -73,11 +74,20 @@ def make_workspace() -> None:
             print(f"  {way.name} {scale * way.lower:+.1f} {scale * way.upper:+.1f}  {way.lower_end}; {way.upper_end}")
 
 
+def make_grasp() -> None:
+    """The grasp of target-a, and the margins of what is proposed in its place."""
+    scenario = softhand.load_scenario("target-a")
+    quality = softhand.grasp_quality(scenario)
+    softhand.save_figure(draw_grasp(quality, "Grasp of target-a"), IMAGES / "grasp_quality.png")
+    print(f"margin {quality.margin:.3f}, proposed {softhand.propose_grasps(scenario, count=1)[0].margin:.3f}")
+
+
 def main() -> None:
     """All of them."""
     make_identification()
     make_stability()
     make_workspace()
+    make_grasp()
 
 
 if __name__ == "__main__":

@@ -13,6 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
+    from softhand.analysis.proposals import Proposal, propose_grasps
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly import build, simulate
     from softhand.comparison import compare
@@ -43,6 +45,8 @@ if TYPE_CHECKING:
     from softhand.viewer.report import write_report
 
 _HOMES = {
+    "analysis.grasp_quality": ("GraspQuality", "grasp_quality"),
+    "analysis.proposals": ("Proposal", "propose_grasps"),
     "analysis.summary": ("Summary", "summarize"),
     "assembly": ("build", "simulate"),
     "comparison": ("compare",),

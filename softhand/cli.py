@@ -13,6 +13,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     compare,
     energy,
     film,
+    grasp,
     hands,
     identify,
     lyapunov,

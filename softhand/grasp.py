@@ -108,11 +108,11 @@ def solve_grasp(
     """
     position = np.asarray(position, dtype=float)
     points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
-    forces = _contact_forces(world, points, position, rotation, internal_force)
+    forces = contact_forces(world, points, position, rotation, internal_force)
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
         _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
-    angles = _initial_joints(world, joint_guess)
+    angles = initial_joints(world, joint_guess)
     arm = Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
@@ -136,10 +136,24 @@ def solve_grasp(
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 
-def _contact_forces(
+def contact_forces(
     world: World, points: Sequence[Array], position: Array, rotation: Array, internal_force: ArrayLike
 ) -> Array:
-    """Forces on the object at the contacts [N], in the world, shape (nc, 3)."""
+    """Forces on the object at the contacts, f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0.
+
+    Args:
+        world: hand and object.
+        points: of the contacts in the world [m], one a tip.
+        position: of the object frame in the world [m].
+        rotation: axes of the object frame in the world, shape (3, 3).
+        internal_force: f_N [N], one a pair of contacts, in the order of `contact_pairs`.
+
+    Returns:
+        In the world [N], shape (nc, 3).
+
+    Raises:
+        GraspError: point contacts there cannot carry the weight.
+    """
     nc = len(points)
     inertia = world.model.inertias[world.object_joint]
     weight = -inertia.mass * world.model.gravity.linear
@@ -177,8 +191,8 @@ def _check_friction(name: str, friction: float, pressing: float, force: Array, n
         )  # fmt: skip
 
 
-def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
-    """Where the inverse kinematics starts [rad], shape (n,)."""
+def initial_joints(world: World, guess: ArrayLike | None) -> Array:
+    """Where the inverse kinematics starts [rad], shape (n,); GraspError for a guess of another length."""
     lower, upper = world.position_limits
     if guess is None:
         return np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
@@ -260,7 +274,7 @@ def _deform(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -> A
     lower, upper = np.array([1e-6, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
     if is_surface:
         lower[2], upper[2] = -1.5, 1.5
-    depth = _depth(law, Phi, bearing, wanted[2])
+    depth = plain_depth(law, Phi, bearing, wanted[2])
     start = np.array([depth / law.radius, 0.0, 0.0, 0.0])
     if not np.all(np.isfinite(excess(start))):
         raise LawError(
@@ -278,7 +292,7 @@ def _deform(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -> A
     return scaled * lengths
 
 
-def _depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
+def plain_depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
     """dr [m], within 5 %, at which the law first answers with that normal force [N] without shear.
 
     A law may have a second answer with less depth and much more shear, which a start from no depth would find.

@@ -24,6 +24,7 @@ LINK = np.dtype(
 """One joint of a chain."""
 
 _ITERATIONS = 30
+_MOST_STEPS = 60  # of `approach`
 _REACHED = 1e-10  # [m]
 _LONGEST = 0.3  # [rad, m] longest Newton step of a joint
 _STRETCHED = 1e-9  # pivots below this share of the largest count as zero: a stretched finger
@@ -161,6 +162,57 @@ def reach(links, target, angles, rotation):
         for k in range(joints):
             angles[k] += share * (jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2])
     return False
+
+
+@compiled
+def approach(links, target, angles, lower, upper, rotation):
+    """As near to a target as the joint limits allow: steps of least squares, damped by what is missed.
+
+        step = J^T (J J^T + |miss|^2 I)^-1 miss
+
+    Unlike `reach` it stays within the limits and takes fingers that cannot move in all directions.
+
+    Args:
+        links: as in `place_tip`.
+        target: of the origin of F [m], shape (3,).
+        angles: start on entry, result on return [rad or m], shape (joints,).
+        lower: limits of the joints, may be infinite, shape (joints,).
+        upper: likewise.
+        rotation: axes of F at the result, set, shape (3, 3).
+
+    Returns:
+        The distance that is left [m].
+    """
+    joints = angles.shape[0]
+    position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
+    left = math.inf
+    for _ in range(_MOST_STEPS):
+        place_tip(links, angles, rotation, position, jacobian)
+        before, left = left, 0.0
+        for i in range(3):
+            miss[i] = target[i] - position[i]
+            left += miss[i] * miss[i]
+        if math.sqrt(left) <= _REACHED or abs(before - left) <= 1e-12 * left:
+            break
+        spread = 0.0
+        for i in range(3):
+            for j in range(3):
+                gram[i, j] = 0.0
+                for k in range(joints):
+                    gram[i, j] += jacobian[i, k] * jacobian[j, k]
+            spread += gram[i, i]
+        for i in range(3):
+            gram[i, i] += left + 1e-8 * spread
+        _solve3(gram, miss)
+        longest = 0.0
+        for k in range(joints):
+            step = jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2]
+            longest = max(longest, abs(step))
+        share = min(1.0, _LONGEST / longest) if longest > 0.0 else 1.0
+        for k in range(joints):
+            step = jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2]
+            angles[k] = min(max(angles[k] + share * step, lower[k]), upper[k])
+    return math.sqrt(left)
 
 
 @compiled

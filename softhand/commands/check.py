@@ -1,4 +1,4 @@
-"""softhand check: is a URDF or a scenario sound?"""
+"""softhand check: is a URDF, a scenario or a recording sound?"""
 
 from __future__ import annotations
 
@@ -9,21 +9,30 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Plugins, Quiet, Set, console, escape, print_table, say_compiling
+from softhand.errors import ScenarioError
 
 
-@app.command(epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4")
+@app.command(
+    epilog="Example: softhand check my_hand.urdf; softhand check my.toml --set stepper.name=rk4; softhand check run.nc"
+)
 def check(
-    target: Annotated[str, typer.Argument(help="A .urdf file, a scenario that ships, or a .toml file.")],
+    target: Annotated[str, typer.Argument(help="A .urdf file, a scenario that ships, a .toml file, or a run.nc.")],
     changes: Set = [],  # noqa: B006  typer copies it
     plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
-    """Say what is wrong or doubtful in a URDF or a scenario; exit code 1 if it cannot be used.
+    """Say what is wrong or doubtful in a URDF, a scenario or a recording; exit code 1 if it cannot be used.
 
-    A scenario is explained: every value with its unit, the start, and what to think of it.
+    A scenario is explained: every value with its unit, the start, and what to think of it. A recording is searched for
+    what is missing, not a number, uneven or beyond friction.
     """
-    if Path(target).suffix.lower() == ".urdf":
+    ending = Path(target).suffix.lower()
+    if changes and ending in (".urdf", ".nc"):
+        raise ScenarioError(f"--set changes a scenario; {target} is none.", key="set", value=changes)
+    if ending == ".urdf":
         _check_urdf(Path(target), quiet)
+    elif ending == ".nc":
+        _check_recording(Path(target), quiet)
     else:
         _check_scenario(target, changes, quiet)
 
@@ -69,7 +78,28 @@ def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
     print_table(target, [(key, f"{value} {unit}".rstrip()) for key, value, unit in checkup.values])
     print_table("at the start", checkup.start)
     _print_warnings(checkup.warnings)
-    console().print(f"{escape(target)}: no errors, {len(checkup.warnings)} warnings", highlight=False)
+    _print_verdict(target, len(checkup.warnings))
+
+
+def _check_recording(file: Path, quiet: bool) -> None:
+    from softhand.recording import Recording
+
+    recording = Recording.load(file)
+    say_compiling(quiet)
+    from softhand.analysis.recording_checkup import check_recording
+
+    checkup = check_recording(recording)
+    if not quiet:
+        print_table(str(file), checkup.rows)
+        _print_warnings([f"{file}: {warning}" for warning in checkup.warnings])
+    checkup.raise_errors(str(file))
+    if not quiet:
+        _print_verdict(str(file), len(checkup.warnings))
+
+
+def _print_verdict(target: str, warnings: int) -> None:
+    text = f"{target}: no errors, {warnings} warning{'' if warnings == 1 else 's'}"
+    console().print(escape(text), highlight=False)
 
 
 def _print_warnings(warnings: list[str]) -> None:

@@ -1,0 +1,82 @@
+"""What grasps are judged by and searched with: the object as a solid, its size, squeeze, torsion, fingers as lines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from softhand.analysis.wrenches import least_squeeze
+from softhand.contact.friction import spin_length
+from softhand.contact.records import PAD
+from softhand.errors import GraspError
+from softhand.grasp import contact_forces, plain_depth
+from softhand.laws.law import Law
+from softhand.model.arm import Arm
+from softhand.model.world import World
+from softhand.observation import contact_pairs
+from softhand.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+_USUAL_PHI = math.radians(60.0)  # where a tip is taken to press whose angle is not known
+_LEAST_FORCE = 1.0  # [N] with which a tip is taken to press whose force is not known
+
+
+def size_of(world: World) -> float:
+    """L = sqrt(tr I / 2 m): root of the mean squared distance of the mass from its centre [m]."""
+    inertia = world.model.inertias[world.object_joint]
+    return math.sqrt(float(np.trace(inertia.inertia)) / (2.0 * inertia.mass))
+
+
+def squeeze(
+    world: World, points: Array, normals: Array, friction: float, position: Array, rotation: Array, use: float = 1.0,
+    least_normal: float = 0.0,
+) -> Array | None:  # fmt: skip
+    """`least_squeeze` of contacts in the world, shape (nc, 3) each; None too where they cannot carry the weight."""
+    nc = len(points)
+    pairs = len(contact_pairs(nc))
+    try:
+        carried = contact_forces(world, list(points), position, rotation, np.zeros(pairs))
+    except GraspError:
+        return None
+    each = [contact_forces(world, list(points), position, rotation, unit) - carried for unit in np.eye(pairs)]
+    return least_squeeze(carried, np.stack(each, axis=2), normals, np.full(nc, friction), use, least_normal)
+
+
+def pressed_depth(law: Law, pressing: float) -> float:
+    """dr [m] under a normal force without shear; that of 1 N if the force is not known or pulls."""
+    return plain_depth(law, _USUAL_PHI, 0.0, pressing if pressing > _LEAST_FORCE else _LEAST_FORCE)
+
+
+def torsion_length(scenario: Scenario, law: Law, depth: float) -> float:
+    """tau_max / (mu f_z) at a depth [m]."""
+    pad = np.zeros(1, PAD)[0]
+    pad["radius"], pad["torsion_share"] = law.radius, law.torsion_share or 0.0
+    pad["torsion_length"] = scenario.fingertip.torsion_length or 0.0
+    return float(spin_length(pad, law.radius - depth))
+
+
+def own_columns(world: World, index: int) -> list[int]:
+    """Velocity indices of the joints that move only this tip."""
+    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
+    return [column for column in world.tips[index].columns if column not in shared]
+
+
+def joints_of(world: World, q: Array) -> Array:
+    """Joint angles [rad or m], shape (n,), of a configuration of the model."""
+    angles = np.zeros(world.n_joints)
+    for joint in list(world.model.joints)[1:-1]:
+        own = q[joint.idx_q : joint.idx_q + joint.nq]
+        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
+    return angles
+
+
+def skeleton(world: World, arm: Arm, index: int) -> Array:
+    """Origins of the joints of a finger and the centre of its tip at the last `move` [m], shape (joints + 1, 3)."""
+    data = world.model.createData()
+    pin.forwardKinematics(world.model, data, arm.q)
+    chain = list(world.model.supports[world.tips[index].joint])[1:]
+    return np.array([*(data.oMi[joint].translation for joint in chain), arm.tip(index)[0]])

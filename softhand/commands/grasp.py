@@ -1,0 +1,93 @@
+"""softhand grasp: how good the grasp of a scenario is, and better ones proposed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from softhand.commands.app import app
+from softhand.commands.console import (
+    Plugins,
+    Quiet,
+    Set,
+    check_figure,
+    console,
+    print_table,
+    progress,
+    say_compiling,
+)
+
+if TYPE_CHECKING:
+    from softhand.analysis.proposals import Proposal
+
+
+@app.command(
+    epilog="Example: softhand grasp target-a --set grasp.internal_force=[2,2,2]; softhand grasp my.toml --propose"
+)
+def grasp(
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
+    ] = "target-a",
+    changes: Set = [],  # noqa: B006  typer copies it
+    out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("grasp.png"),
+    propose: Annotated[bool, typer.Option("--propose", help="Search for contact points that hold the object.")] = False,
+    count: Annotated[int, typer.Option(min=1, max=100, help="Most proposals.")] = 5,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    plugins: Plugins = [],  # noqa: B006
+    quiet: Quiet = False,
+) -> None:
+    """Show the grasp at the start: reach, friction, force closure, least internal force; or propose others.
+
+    Exit code 1 where there is no grasp at rest; what is known of it is shown all the same.
+    """
+    check_figure(out)
+    say_compiling(quiet)
+    from softhand.analysis.grasp_quality import grasp_quality
+    from softhand.plots import save_figure
+    from softhand.plots.grasp import draw_grasp
+    from softhand.scenario import load_scenario
+    from softhand.scenario_file import parse_override
+
+    name = Path(scenario).stem
+    chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
+    if propose:
+        from softhand.analysis.proposals import propose_grasps
+
+        with progress("searching for grasps", 1.0, quiet) as report:
+            proposals = propose_grasps(chosen, count, seed, progress=report)
+        quality, title = proposals[0].quality, f"Best proposal for {name}"
+        if not quiet:
+            _print_proposals(proposals)
+    else:
+        quality, title = grasp_quality(chosen), f"Grasp of {name}"
+    if not quiet:
+        print_table(title, quality.finger_rows())
+        print_table("the grasp as a whole", quality.rows())
+    save_figure(draw_grasp(quality, title), out)
+    if not quiet:
+        console().print(f"wrote {out}", highlight=False)
+    if quality.refusal is not None:
+        raise quality.refusal
+
+
+def _print_proposals(proposals: list[Proposal]) -> None:
+    rows = [("", "margin", "friction use", "torque use", "to a limit", "Phi")]
+    for k, proposal in enumerate(proposals, start=1):
+        fingers = proposal.quality.fingers
+        rows.append(
+            (
+                f"proposal {k}",
+                f"{proposal.margin:.3f} N per newton",
+                f"{max(finger.friction_use for finger in fingers):.2f}",
+                f"{100.0 * max(finger.torque_use.max() for finger in fingers):.0f} %",
+                f"{math.degrees(min(finger.reserve.min() for finger in fingers)):.0f} deg",
+                ", ".join(f"{math.degrees(finger.Phi):.0f}" for finger in fingers) + " deg",
+            )
+        )
+    print_table("proposals, best first", rows)
+    for k, proposal in enumerate(proposals, start=1):
+        console().print(f"# proposal {k}", highlight=False)
+        console().print(proposal.section(), highlight=False, markup=False, soft_wrap=True)
