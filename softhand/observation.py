@@ -49,7 +49,8 @@ class Observation:
         friction_use: |f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,).
         limit_surface_use: the same with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,).
         is_slipping: 1 where the last step slipped, shape (nc,).
-        eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5); see `contact_coordinates`.
+        eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5);
+            see `contact_coordinates`.
         eta_rate: its rate by (38)-(41), with the sign of (39) mended, shape (nc, 5).
         J_CF_f: Jacobian from q_F' to the tip's velocity at the contacts in C_F, rows of the forces, shape (3 nc, n).
         J_CF_tau: the same, rows of the torsion moments, shape (nc, n).
