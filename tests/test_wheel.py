@@ -26,6 +26,7 @@ def test_a_wheel_runs_from_another_folder(tmp_path):
         "print(resolve_path('package://softhand/urdf/box.urdf'))\n"
         "run = softhand.simulate(softhand.load_scenario('target-b', {'duration': 0.01}))\n"
         "run.to_html('report.html')\n"
+        "softhand.simulate(softhand.load_scenario('prism', {'duration': 0.01}))\n"
         "print(run.complete)\n"
     )
     result = subprocess.run(
