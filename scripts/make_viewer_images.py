@@ -1,4 +1,4 @@
-"""Refresh docs/images/viewer.png and docs/images/grasp.png with a headless Chromium.
+"""Refresh viewer.png, grasp.png and allegro.png of docs/images with a headless Chromium; needs the extra robots.
 
 Example: python scripts/make_viewer_images.py
 """
@@ -23,17 +23,19 @@ def wait(page: Page, claim: str) -> None:
 
 
 def main() -> None:
-    """Replay target A, stop it and take the pictures, of the whole hand and from nearby."""
-    recording = softhand.simulate(softhand.load_scenario("target-a"))
-    with softhand.view(recording) as replay, Browser() as browser:
-        page = browser.page(*SIZE)
-        page.open(replay.address)
-        wait(page, "document.body.dataset.time !== undefined")
-        page.evaluate(f"softhand.wind({MOMENT})")
-        wait(page, f"Math.abs(document.body.dataset.time - {MOMENT}) < 1e-3")
-        (IMAGES / "viewer.png").write_bytes(page.screenshot())
-        page.evaluate("softhand.stage.orbit.view('grasp')")
-        (IMAGES / "grasp.png").write_bytes(page.screenshot())
+    """Replay two runs, stop them and take the pictures, of the whole hand and from nearby."""
+    for name, whole, nearby in (("target-a", "viewer.png", "grasp.png"), ("allegro-box", "allegro.png", None)):
+        recording = softhand.simulate(softhand.load_scenario(name))
+        with softhand.view(recording) as replay, Browser() as browser:
+            page = browser.page(*SIZE)
+            page.open(replay.address)
+            wait(page, "document.body.dataset.time !== undefined")
+            page.evaluate(f"softhand.wind({MOMENT})")
+            wait(page, f"Math.abs(document.body.dataset.time - {MOMENT}) < 1e-3")
+            (IMAGES / whole).write_bytes(page.screenshot())
+            if nearby:
+                page.evaluate("softhand.stage.orbit.view('grasp')")
+                (IMAGES / nearby).write_bytes(page.screenshot())
 
 
 if __name__ == "__main__":
