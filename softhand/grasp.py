@@ -108,7 +108,7 @@ def solve_grasp(
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
         _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
-    angles = _initial_joints(world, joint_guess)
+    angles = initial_joints(world, joint_guess)
     arm = Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
@@ -119,7 +119,7 @@ def solve_grasp(
             arm, i, fingertips[i], points[i], frame, forces[i], angles
         )
     arm.move(angles)
-    _check_torques(arm, forces, points)
+    check_torques(arm, forces, points)
     q = arm.q.copy()
     q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
     friction = np.array([fingertip.friction for fingertip in fingertips])
@@ -173,7 +173,7 @@ def _check_friction(name: str, friction: float, pressing: float, force: Array, n
         )  # fmt: skip
 
 
-def _initial_joints(world: World, guess: ArrayLike | None) -> Array:
+def initial_joints(world: World, guess: ArrayLike | None) -> Array:
     """Where the inverse kinematics starts [rad], shape (n,)."""
     lower, upper = world.position_limits
     if guess is None:
@@ -199,7 +199,7 @@ def _settle(
     tangent, z_C = frame.T
     deformation = np.zeros(4)
     for _ in range(50):
-        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
+        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -222,12 +222,13 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
-def _reach(arm: Arm, index: int, target: Array, angles: Array) -> None:
+def reach_point(arm: Arm, index: int, target: Array, angles: Array, place: str = "the contact point") -> None:
+    """Set the joints of one finger so that its tip frame is at a point; GraspError if that is out of reach."""
     gap = arm.reach(index, target, angles)
     if gap > REACHED:
         name = arm.world.tips[index].name
         raise GraspError(
-            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits. "
+            f"{name}: {place} is out of reach by {1e3 * gap:.3g} mm within the joint limits. "
             "Move the object or the contact point closer, or give another grasp.joint_guess.",
             finger=name, quantity="reach", value=gap,
         )  # fmt: skip
@@ -282,7 +283,7 @@ def _depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
     return depth
 
 
-def _check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
+def check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
     """The joints can hold what the grasp asks of them."""
     world = arm.world
     torque = arm.gravity_torque()

@@ -18,6 +18,7 @@ from softhand.scenario import (
     FingertipSection,
     Scenario,
     StepperSection,
+    WaypointSection,
 )
 from softhand.settings import field_notes
 
@@ -36,6 +37,7 @@ def scenario_schema() -> Schema:
         section = field.annotation
         if name not in sections and isinstance(section, type) and issubclass(section, BaseModel):
             sections[name] = _table(section)
+    sections["reference"]["properties"]["waypoints"]["items"] = _table(WaypointSection)
     table = _table(Scenario)
     notes = field_notes(Scenario)
     table["properties"] |= {name: {"description": notes[name], **section} for name, section in sections.items()}
