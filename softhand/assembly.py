@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
+from softhand.contact.pads import Fingertip, Support
+from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.controllers.controller import Controller
 from softhand.dampings.damping import Damping
 from softhand.grasp import Grasp, faces_of, solve_grasp
@@ -13,7 +14,7 @@ from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
 from softhand.model.world import World, load_world
 from softhand.open_start import solve_open_start
-from softhand.plant import Fingertip, Plant
+from softhand.plant import Plant
 from softhand.plugins import find_plugin, plugin_names
 from softhand.recording import Recording
 from softhand.references import STRAIGHT, Reference, Waypoint, Waypoints
@@ -43,9 +44,10 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
     stepper = _read_stepper(scenario)
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, law)
+    plant = Plant(world, fingertips, read_supports(scenario, world, fingertips))
     return Simulation(
-        plant=Plant(world, fingertips),
-        start=grasp.state,
+        plant=plant,
+        start=plant.with_supports(grasp.state),
         controller=controller,
         stepper=stepper,
         reference=read_reference(scenario),
@@ -126,6 +128,42 @@ def read_fingertips(scenario: Scenario, world: World, law: Law) -> list[Fingerti
     ]
 
 
+def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:
+    """What may touch in a scenario beside the fingertips on the object.
+
+    Raises:
+        ModelError: a palm is on a frame that the hand does not have.
+    """
+    supports, table = [], scenario.table
+    if table is not None:
+        plane = table_plane(table.height, table.normal)
+        supports += corners_on_table(world, plane, table.friction, table.stiffness, table.damping)
+        supports += tips_on_table(world, fingertips, plane, table.friction)
+    if scenario.fingertip.tips_touch:
+        supports += tips_on_tips(world, fingertips)
+    for k, palm in enumerate(scenario.palm):
+        supports.append(
+            pad_on_hand(
+                world,
+                f"palm {k + 1}",
+                palm.frame,
+                palm.position,
+                palm.radius,
+                palm.friction,
+                palm.stiffness,
+                palm.damping,
+            )
+        )
+    return supports
+
+
+def read_plant(scenario: Scenario, law: Law) -> Plant:
+    """Hand, object and contacts of a scenario."""
+    world = read_world(scenario)
+    fingertips = read_fingertips(scenario, world, law)
+    return Plant(world, fingertips, read_supports(scenario, world, fingertips))
+
+
 def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
     """The fingertips of a scenario, each with its face, and its grasp at rest."""
     section, fingertips = scenario.grasp, read_fingertips(scenario, world, law)
@@ -138,6 +176,7 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
             section.opening,
             scenario.object.position,
             rotation,
+            read_supports(scenario, world, fingertips),
             section.joint_guess,
         )
         return fingertips, grasp

@@ -62,7 +62,9 @@ def phases_as_text(phases: Sequence[tuple[str, float]]) -> str:
 
 def phases_of(recording: Recording) -> list[tuple[str, float, float]]:
     """Name, begin and end [s] of the phases of a run, as far as it went."""
-    begun = [phase for phase in json.loads(str(recording.attributes.get("phases", "[]"))) if phase[1] <= recording.stop_time]
+    begun = [
+        phase for phase in json.loads(str(recording.attributes.get("phases", "[]"))) if phase[1] <= recording.stop_time
+    ]
     ends = [time for _, time in begun[1:]] + [recording.stop_time]
     return [(name, begin, end) for (name, begin), end in zip(begun, ends, strict=False)]
 

@@ -34,8 +34,10 @@ def find_fault(v, pads, contacts, Theta):
         contact = contacts[i]
         if contact.deformation[0] > 0.0 and contact.deformation_force[0] < 0.0:
             return PULLS, i
-        if contact.distance < _FLAT_BELOW * pads[i].radius:
+        if pads[i].radius > 0.0 and contact.distance < _FLAT_BELOW * pads[i].radius:
             return FLAT, i
+        if pads[i].is_support:
+            continue
         if pads[i].can_slip and not contact.deformation[0] > 0.0:
             Theta[i] = math.nan
             continue
@@ -64,7 +66,7 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
     """
     if fault == DIVERGED:
         return diverged("a velocity is beyond reason or not a number", last_good)
-    contact, name = plant.contacts[finger], plant.world.tips[finger].name
+    contact, name = plant.contacts[finger], plant.contact_names[finger]
     if fault in (BROKEN, PULLS):
         return _bad_law(fault, plant, finger, last_good)
     Phi = math.degrees(contact["angles"][1])
@@ -86,8 +88,8 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
 def _bad_law(fault: int, plant: Plant, finger: int, last_good: float) -> SimulationStopped:
     contact, name, law = (
         plant.contacts[finger],
-        plant.world.tips[finger].name,
-        type(plant.fingertips[finger].law).__name__,
+        plant.contact_names[finger],
+        type(plant.materials[finger].law).__name__,
     )
     what = "answers a deformation within reason with NaN or infinity"
     if fault == PULLS:
@@ -132,7 +134,7 @@ def approach(Phi: NDArray[np.float64], plant: Plant) -> str:
     tips = zip(plant.world.tips, Phi.max(axis=0), strict=True)
     near = [
         f"{tip.name} {math.degrees(largest):.1f} deg"
-        for (tip, largest), pad in zip(tips, plant.pads, strict=True)
+        for (tip, largest), pad in zip(tips, plant.pads[: plant.world.n_tips], strict=True)
         if largest > _APEX_NEAR and not pad["is_surface"]
     ]
     return f" Largest Phi before, with the apex at 90 deg: {', '.join(near)}." if near else ""

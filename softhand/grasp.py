@@ -11,13 +11,14 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.contact.kinematics import deformation_jacobian
+from softhand.contact.pads import Fingertip, memory_size
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.faces import Face
 from softhand.model.world import World
 from softhand.observation import contact_pairs
-from softhand.plant import Fingertip, State, memory_size
+from softhand.plant import State
 from softhand.roots import find_root
 
 Array = NDArray[np.float64]

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.pads import Fingertip
 from softhand.model.configuration import cross_matrix
 from softhand.model.world import Tip
-from softhand.plant import Fingertip, Plant
+from softhand.plant import Plant
 from softhand.references import Desired
 
 Array = NDArray[np.float64]
@@ -71,7 +72,7 @@ class Observation:
 
     def __init__(self, plant: Plant, desired: Desired) -> None:
         world = plant.world
-        contacts: Any = plant.contacts
+        contacts: Any = plant.tip_contacts
         n, nc, pairs = world.n_joints, world.n_tips, len(contact_pairs(world.n_tips))
         self.time = 0.0
         self.desired = desired

@@ -11,38 +11,14 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled
 from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
-from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD
-from softhand.dampings.damping import Damping
-from softhand.errors import LawError
-from softhand.laws.law import LEADING, Law, compile_law
+from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
+from softhand.contact.records import CONTACT
+from softhand.laws.law import compile_law
 from softhand.linear import factor, solve
-from softhand.model.faces import Face
 from softhand.model.snapshot import Snapshot
 from softhand.model.world import World
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Fingertip:
-    """Material of one tip and the face that it touches."""
-
-    law: Law
-    friction: float
-    """Coefficient mu."""
-    face: Face
-    damping: Damping = Damping()  # noqa: RUF009  frozen
-    can_slip: bool = False
-    """Whether friction has a limit and the object has edges; else the tip rolls on an endless face under any load."""
-    static_friction: float | None = None
-    """Coefficient until slip begins, not below `friction`; None: the same."""
-    torsion_length: float | None = None
-    """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
-
-    @property
-    def holds_longer(self) -> bool:
-        """Whether slip, once begun, goes on at less friction, so that it must be remembered."""
-        return self.can_slip and self.static_friction is not None and self.static_friction > self.friction
 
 
 @dataclass(frozen=True)
@@ -78,63 +54,59 @@ class Plant:
     Attributes:
         world: the rigid bodies.
         snapshot: their terms at the last state.
-        pads: constants of each contact, `records.PAD`, shape (nc,).
+        fingertips: material of each tip.
+        supports: what else may touch; nc counts both.
+        materials: fingertips and supports, one a contact.
+        pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
-        columns: velocities that move each tip, then the six of the object, padded with -1, shape (nc, width).
+        columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
         contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
         joints: what `configuration.integrate` needs, shape (joints, 3).
-        envelope: first column of each row of the mass matrix, shape (nv,).
+        envelope: first column of each row of the mass matrix and of M + J^T K J (lower triangle), shape (nv,).
         at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
             NaN if unknown, shape (nq + nv + nc n_memory,).
         n_memory: numbers of each contact in z of a `State`.
         can_slip: whether friction has a limit at any contact.
     """
 
-    def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
+    def __init__(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support] = ()) -> None:
         self.world = world
         self.snapshot = Snapshot(world)
         self.joints = world.joints
-        self.envelope = world.envelope
-        self.columns = _pad_columns(world)
-        self.fingertips = tuple(fingertips)
-        self._code = {law: compile_law(law) for law in {fingertip.law for fingertip in fingertips}}
-        self.n_memory = memory_size(fingertips)
-        self.pads = self._build_pads()
-        self.can_slip = any(fingertip.can_slip for fingertip in fingertips)
-        self.contacts = np.zeros(world.n_tips, CONTACT)
+        self.fingertips, self.supports = tuple(fingertips), tuple(supports)
+        every: tuple[Contact, ...] = (*self.fingertips, *self.supports)
+        self.materials = every
+        self._code = {law: compile_law(law) for law in {contact.law for contact in every}}
+        self.n_memory = memory_size(every)
+        self.pads = build_pads(world, fingertips, supports, self._code)
+        self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
+        self.can_slip = any(contact.can_slip for contact in every)
+        self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 4))
-        self.at = np.full(world.model.nq + world.model.nv + world.n_tips * self.n_memory, np.nan)
+        self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
         self._mass = np.zeros((world.model.nv, world.model.nv))
 
-    def _build_pads(self) -> NDArray[np.void]:
-        pads = np.zeros(self.world.n_tips, PAD)
-        for pad, tip, fingertip in zip(pads, self.world.tips, self.fingertips, strict=True):
-            code = self._code[fingertip.law]
-            if len(code.parameters) > MAX_LAW_PARAMETERS:
-                name = type(fingertip.law).__name__
-                raise LawError(
-                    f"law '{name}' has {len(code.parameters)} parameters; at most {MAX_LAW_PARAMETERS} fit.", law=name
-                )
-            pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
-            pad["radius"], pad["friction"] = fingertip.law.radius, fingertip.friction
-            pad["face_normal"], pad["face_tangent"] = fingertip.face.normal, fingertip.face.tangent
-            pad["face_offset"] = fingertip.face.offset
-            pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
-            leading = len(LEADING[fingertip.law.coordinates])
-            arguments = np.zeros(LAW_ARGUMENTS)
-            arguments[leading : leading + len(code.parameters)] = code.parameters
-            pad["law_arguments"] = arguments
-            box = self.world.box
-            pad["is_solid"] = fingertip.can_slip
-            pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
-            pad["can_slip"] = fingertip.can_slip
-            pad["static_friction"] = fingertip.static_friction or fingertip.friction
-            pad["slip_column"] = self.n_memory - 1 if fingertip.holds_longer else -1
-            pad["torsion_length"] = fingertip.torsion_length or 0.0
-            pad["torsion_share"] = fingertip.law.torsion_share or 0.0
-            pad["is_surface"] = fingertip.law.coordinates == "surface"
-            _set_damping(pad, fingertip.damping)
-        return pads
+    @property
+    def tip_contacts(self) -> NDArray[np.void]:
+        """The contacts of the fingertips: a view of the first rows, shape (n_tips,)."""
+        return self.contacts[: self.world.n_tips]
+
+    @property
+    def support_contacts(self) -> NDArray[np.void]:
+        """Those of the supports: a view of the rows behind."""
+        return self.contacts[self.world.n_tips :]
+
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of the tips, then of the supports."""
+        return (*(tip.name for tip in self.world.tips), *(support.name for support in self.supports))
+
+    def with_supports(self, state: State) -> State:
+        """A state whose z has rows for the fingertips alone, with rows for all: supports that store nothing."""
+        z = np.zeros((len(self.contacts), self.n_memory))
+        rows, columns = state.z.shape
+        z[:rows, :columns] = state.z
+        return State(state.q, state.v, z)
 
     def update(self, q: Array, v: Array, z: Array) -> None:
         """Rigid-body terms, contacts and forces at one state."""
@@ -165,7 +137,7 @@ class Plant:
     @property
     def jacobian(self) -> Array:
         """Rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv). A copy."""
-        jacobian = np.zeros((self.world.n_tips, 4, self.world.model.nv))
+        jacobian = np.zeros((len(self.contacts), 4, self.world.model.nv))
         for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
             rows[:, columns[columns >= 0]] = values[columns >= 0].T
         return jacobian
@@ -188,32 +160,6 @@ class Plant:
             out,
         )
         return out
-
-
-def memory_size(fingertips: Sequence[Fingertip]) -> int:
-    """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
-    relaxations = max(len(fingertip.damping.relaxation()) for fingertip in fingertips)
-    return 3 + 4 * relaxations + any(fingertip.holds_longer for fingertip in fingertips)
-
-
-def _set_damping(pad: np.void, damping: Damping) -> None:
-    pad["viscosity"], pad["viscosity_per_force"] = damping.viscosity(), damping.viscosity_per_force()
-    pairs = damping.relaxation()
-    if len(pairs) > MAX_RELAXATIONS:
-        raise LawError(
-            f"damping '{type(damping).__name__}' has {len(pairs)} relaxations; at most {MAX_RELAXATIONS} fit.",
-            law=type(damping).__name__,
-        )
-    for k, pair in enumerate(pairs):
-        pad["relaxation"][k] = pair
-    pad["is_damped"] = any(damping.viscosity()) or any(damping.viscosity_per_force()) or bool(pairs)
-
-
-def _pad_columns(world: World) -> NDArray[np.int64]:
-    of_object = range(world.n_joints, world.model.nv)
-    moved = [[*tip.columns, *of_object] for tip in world.tips]
-    width = max(map(len, moved))
-    return np.array([columns + [-1] * (width - len(columns)) for columns in moved], dtype=np.int64)
 
 
 @compiled
@@ -254,7 +200,8 @@ def generalized_force(columns, contacts, jacobian, nle, torque, out):
     for k in range(torque.shape[0]):
         out[k] += torque[k]
     for i in range(contacts.shape[0]):
-        add_contact_force(columns[i], jacobian[i], contacts[i].force, out)
+        if not contacts[i].is_idle:
+            add_contact_force(columns[i], jacobian[i], contacts[i].force, out)
 
 
 @compiled

@@ -40,7 +40,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair")
+LABELLED_DIMS = ("joint", "contact", "pair", "support")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -48,6 +48,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "rpy": ("roll", "pitch", "yaw"),
     "twist": ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z"),
     "deformation_component": ("dr", "dtheta", "dphi", "dpsi"),
+    "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
     "angle": ("Theta", "Phi"),
     "coordinate": ("theta", "phi", "alpha_o_1", "alpha_o_2", "psi"),
@@ -57,7 +58,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
 """Dimensions whose labels are the same in every recording."""
 
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
-_XYZ, _RPY = ("time", "xyz"), ("time", "rpy")
+_XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
 
 VARIABLES: dict[str, Variable] = {
     "time": Variable(("time",), "s", "time since the start of the run"),
@@ -96,6 +97,20 @@ VARIABLES: dict[str, Variable] = {
     "slip_travel": Variable(_CONTACT, "m", "tangential slip since the start, its path length"),
     "slip_twist": Variable(_CONTACT, "rad", "torsional slip since the start, its total amount"),
     "slip_loss": Variable(_CONTACT, "J", "work lost to slip since the start"),
+    "support_force": Variable(
+        (*_SUPPORT, "force_component"), "N, N, N, N m", "force and torsion of a support, in its contact frame"
+    ),
+    "support_deformation": Variable(
+        (*_SUPPORT, "surface_component"), "m, m, m, rad", "depth, shear and torsion of a support"
+    ),
+    "support_point": Variable(
+        (*_SUPPORT, "xyz"), "m", "contact point of a support where it last touched, in the world"
+    ),
+    "support_rotation": Variable(
+        (*_SUPPORT, "row", "column"), "1", "rotation from the contact frame of a support to the world"
+    ),
+    "support_is_slipping": Variable(_SUPPORT, "1", "1 where the step before slipped, else 0", np.int8),
+    "support_slip_loss": Variable(_SUPPORT, "J", "work lost to slip since the start"),
     "object_position_desired": Variable(_XYZ, "m", "desired origin of the object frame, in the world"),
     "object_rpy_desired": Variable(_RPY, "rad", "desired orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),
@@ -115,7 +130,7 @@ class Recording:
 
     Attributes:
         variables: arrays by their names in `VARIABLES`, in its dims and units; `time` must be there.
-        labels: names along `joint`, `contact` and `pair`, as far as the variables have these dimensions.
+        labels: names along `joint`, `contact`, `pair` and `support`, as far as the variables have these dimensions.
         scenario: the resolved scenario, as TOML text.
         version: version of softhand that computed the run.
         complete: whether the run reached its duration.

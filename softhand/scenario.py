@@ -89,6 +89,7 @@ class FingertipSection(OpenSettings):
         contact: `rolling`, the paper's, where a tip never slips, or `coulomb`.
         static_friction: coefficient at which slip begins [1]; that of `friction` if not given.
         torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
+        tips_touch: whether tips meet each other; otherwise they pass through each other.
         damping: of the tips, if any.
     """
 
@@ -97,6 +98,7 @@ class FingertipSection(OpenSettings):
     contact: Literal["rolling", "coulomb"] = "rolling"
     static_friction: Positive | None = None
     torsion_length: Positive | None = None
+    tips_touch: bool = False
     damping: DampingSection | None = None
 
     def own(self) -> dict[str, Any]:
@@ -111,6 +113,51 @@ class FingertipSection(OpenSettings):
                 "slips; raise it or leave it out."
             )
         return self
+
+
+class TableSection(Settings):
+    """An endless plane that the corners of the object and the fingertips may meet; it bears on one side.
+
+    Attributes:
+        height: of the plane along its normal, from the origin of the base frame [m].
+        friction: coefficient mu, of the object and of the tips [1].
+        normal: out of the table, of any length, in the base frame.
+        stiffness: of each corner of the object, normal and tangential [N/m].
+        damping: of each corner, likewise [N s/m].
+    """
+
+    height: float
+    friction: Positive
+    normal: Vector3 = (0.0, 0.0, 1.0)
+    stiffness: Positive = 2e4
+    damping: NonNegative = 10.0
+
+    @field_validator("normal")
+    @classmethod
+    def _normal_has_a_direction(cls, normal: Vector3) -> Vector3:
+        if not math.hypot(*normal) > 0.0:
+            raise ValueError("got [0, 0, 0], which has no direction.")
+        return normal
+
+
+class PalmSection(Settings):
+    """A compliant ball on a link of the hand that the object may meet.
+
+    Attributes:
+        frame: link or frame of the hand that carries it; its base too.
+        position: of its centre in that frame [m].
+        radius: of the ball [m].
+        friction: coefficient mu [1].
+        stiffness: normal and tangential [N/m].
+        damping: likewise [N s/m].
+    """
+
+    frame: str
+    position: Vector3
+    radius: Positive
+    friction: Positive
+    stiffness: Positive = 1e4
+    damping: NonNegative = 5.0
 
 
 class GraspSection(Settings):
@@ -229,6 +276,8 @@ class Scenario(Settings):
         object: the object and its pose at the start.
         fingertip: law, friction and damping of all tips.
         grasp: contacts and internal force at the start.
+        table: what the object may stand on, if anything.
+        palm: what else of the hand the object may lie on.
         controller: what sets the joint torques.
         reference: what the controller is asked for.
         stepper: the time integration.
@@ -242,6 +291,8 @@ class Scenario(Settings):
     object: ObjectSection
     fingertip: FingertipSection
     grasp: GraspSection
+    table: TableSection | None = None
+    palm: tuple[PalmSection, ...] = ()
     controller: ControllerSection
     reference: ReferenceSection
     stepper: StepperSection = StepperSection()

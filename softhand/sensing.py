@@ -113,7 +113,7 @@ def _describe_contacts(
     pads, contacts, columns, jacobian, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau, friction_use, eta, eta_rate
 ):  # fmt: skip
     object_pose = poses[poses.shape[0] - 1]
-    for i in range(contacts.shape[0]):
+    for i in range(eta.shape[0]):
         contact = contacts[i]
         for a in range(columns.shape[1]):
             column = columns[i, a]
@@ -156,7 +156,7 @@ def internal_forces(contacts, pairs, K, internal_force):
     Column k of K holds, for the pair (i, j), the unit vector from contact i to j in C_Fi and from j to i in C_Fj.
 
     Args:
-        contacts: table `records.CONTACT`, shape (nc,).
+        contacts: table `records.CONTACT`, fingertips first.
         pairs: contacts of each column, shape (np, 2).
         K: set, shape (3 nc, np).
         internal_force: set [N], shape (np,).
@@ -169,8 +169,8 @@ def internal_forces(contacts, pairs, K, internal_force):
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)
-    f_C = np.empty(3 * contacts.shape[0])
-    for i in range(contacts.shape[0]):
+    f_C = np.empty(K.shape[0])
+    for i in range(K.shape[0] // 3):
         for row in range(3):
             f_C[3 * i + row] = contacts[i].force[row]
     least_norm(K, False, f_C, internal_force)

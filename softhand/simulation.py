@@ -31,6 +31,7 @@ Watch = Callable[[Observation], None]
 """Called with what is seen at each sample."""
 
 _SLIP = ("limit_surface_use", "is_slipping", "slip_travel", "slip_twist", "slip_loss")
+_SUPPORT = ("force", "deformation", "point", "rotation", "is_slipping", "slip_loss")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 
 
@@ -236,7 +237,8 @@ class Simulation:
             "q_O": seen.q_O,
             "object_twist": seen.object_twist,
             "internal_force": seen.internal_force,
-            "contacts": self.plant.contacts,
+            "contacts": self.plant.tip_contacts,
+            **self._supports(),
             "contact_coordinates": seen.eta,
             "contact_coordinates_rate": seen.eta_rate,
             "friction_use": seen.friction_use,
@@ -270,6 +272,7 @@ class Simulation:
                 "joint": world.joint_names,
                 "contact": tuple(tip.name for tip in world.tips),
                 "pair": tuple(f"{i + 1}{j + 1}" for i, j in contact_pairs(world.n_tips)),
+                **({"support": tuple(support.name for support in self.plant.supports)} if self.plant.supports else {}),
             },
             scenario=self.scenario,
             version=__version__,
@@ -285,6 +288,11 @@ class Simulation:
         recording.attributes["events"] = events_as_text(find_events(recording))
         return recording
 
+    def _supports(self) -> dict[str, NDArray[Any]]:
+        if not self.plant.supports:
+            return {}
+        return {f"support_{name}": self.plant.support_contacts[name] for name in _SUPPORT}
+
     def _notes(self, variables: dict[str, NDArray[Any]]) -> dict[str, str]:
         """What a reader of the recording must know of the fingertip law."""
         Phi, dr = variables["contact_angles"][..., 1], variables["deformation"][..., 0]
@@ -295,7 +303,7 @@ class Simulation:
 def _deformation(contacts: NDArray[np.void], plant: Plant) -> NDArray[np.float64]:
     """As recorded: the displacements of a law in surface coordinates as the angles s / R."""
     deformation = contacts["deformation"].copy()
-    surface = np.flatnonzero(plant.pads["is_surface"])
+    surface = np.flatnonzero(plant.pads["is_surface"][: plant.world.n_tips])
     deformation[:, surface, 1:3] /= contacts["distance"][:, surface, None]
     return deformation
 

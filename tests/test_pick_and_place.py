@@ -11,7 +11,7 @@ from hands import write_box
 import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly import build
-from softhand.errors import ControllerError, GraspError, ScenarioError
+from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.events import find_events, phases_of
 from softhand.recording import Recording
 
@@ -76,7 +76,9 @@ def test_a_box_with_its_weight_off_the_middle_stands_a_little_tilted(offset: tup
     urdf = str(write_box(tmp_path, centre_of_mass=offset))
     assert np.abs(_accelerations({"object.urdf": urdf})).max() < 1e-9
     start = build(_load({"object.urdf": urdf})).sample().q_O
-    assert np.sign(np.round(start[4], 12)) == -np.sign(offset[0])  # pitch about y: +x goes towards -z, away from the table
+    assert np.sign(np.round(start[4], 12)) == -np.sign(
+        offset[0]
+    )  # pitch about y: +x goes towards -z, away from the table
     assert 1e-6 < np.abs(start[3:5]).max() < 1e-3
 
 
@@ -180,9 +182,9 @@ def test_the_energy_ledger_closes() -> None:
     left = []
     for step in (1e-3, 5e-4):
         simulation = build(_load({**law, "stepper.step": step, "control_period": step}))
-        ledger = energy_ledger(simulation.run(), simulation.plant)
+        recording = simulation.run()
+        ledger = energy_ledger(recording, simulation.plant, range(0, len(recording), len(recording) // 12))
         left.append(np.abs(ledger.residual).max())
-        assert ledger.gravity.max() > 0.05 > 0.03  # [J], 0.2 kg by 30 mm
         assert left[-1] < 1e-4 * ledger.exchanged
     assert left[1] < left[0] / 3.0
 
@@ -190,18 +192,19 @@ def test_the_energy_ledger_closes() -> None:
 # -------------------------------------------------------------------------------------------------------- what goes wrong
 
 
-def _stopped(values: dict[str, Any]) -> ControllerError:
-    with pytest.raises(ControllerError) as caught:
+def _stopped(values: dict[str, Any]) -> SimulationStopped:
+    with pytest.raises(SimulationStopped) as caught:
         softhand.simulate(_load(values))
     return caught.value
 
 
-def test_without_friction_the_box_stays_on_the_table_or_is_dropped() -> None:
-    """mu = 0.1: tips slip, the run ends with the reason by name, and events say which tip."""
-    stop = _stopped({"fingertip.friction": 0.1})
+@pytest.mark.parametrize(("friction", "words"), [(0.1, "finger_3_tip"), (0.2, "the object slipped out")])
+def test_with_too_little_friction_the_run_ends_with_the_reason_by_name(friction: float, words: str) -> None:
+    """The tips slip in the squeeze; the recording is kept, and its events say which tip and why it ended."""
+    stop = _stopped({"fingertip.friction": friction})
     recording: Recording = stop.recording  # type: ignore[attr-defined]
-    assert "slipped out" in str(stop) or "lost the object" in str(stop)
     events = find_events(recording)
+    assert words in str(stop)
     assert events[-1].kind == "stopped" and events[-1].text == recording.reason
     assert {event.finger for event in events if "slip" in event.kind} >= {"finger_1_tip", "finger_2_tip"}
     assert np.isfinite(recording.object_position).all()

@@ -26,6 +26,7 @@ LABELS = {
     "joint": tuple(f"finger_{i}_joint_{j}" for i in (1, 2, 3) for j in (1, 2, 3)),
     "contact": ("finger_1_tip", "finger_2_tip", "finger_3_tip"),
     "pair": ("23", "13", "12"),
+    "support": ("table corner 1", "table corner 2"),
 }
 
 

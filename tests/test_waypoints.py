@@ -16,7 +16,9 @@ from softhand.scenario_file import tomllib
 from softhand.settings import read_settings
 
 START = Waypoint((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0)
-FIRST = Waypoint((0.01, 0.01, 0.13, 0.0, 0.0, 0.2), (4.0, 4.0, 3.0), opening=-0.002, carried=0.5, duration=0.4, phase="a")
+FIRST = Waypoint(
+    (0.01, 0.01, 0.13, 0.0, 0.0, 0.2), (4.0, 4.0, 3.0), opening=-0.002, carried=0.5, duration=0.4, phase="a"
+)
 SECOND = Waypoint((0.02, 0.03, 0.12, 0.3, 0.0, 0.2), (5.0, 1.0, 3.0), opening=0.0, duration=1.1)
 THIRD = Waypoint((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (0.0, 0.0, 0.0), carried=0.0, duration=0.5, phase="c")
 

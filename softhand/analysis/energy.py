@@ -10,9 +10,10 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.analysis.probe import recorded_scenario, recorded_state
-from softhand.assembly import read_fingertips, read_law, read_world
+from softhand.assembly import read_law, read_plant
+from softhand.contact.pads import Contact
 from softhand.laws.law import Law
-from softhand.plant import Fingertip, Plant, State
+from softhand.plant import Plant, State
 from softhand.recording import Recording
 
 Array = NDArray[np.float64]
@@ -109,7 +110,7 @@ def energy_ledger(
         RecordingError: the scenario in the recording cannot be read.
         SofthandError: as `build`, where that scenario can no longer be built.
     """
-    plant = Plant(plant.world, plant.fingertips) if plant else _recorded_plant(recording)
+    plant = Plant(plant.world, plant.fingertips, plant.supports) if plant else _recorded_plant(recording)
     count = len(recording)
     chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
@@ -121,6 +122,8 @@ def energy_ledger(
     slip = np.zeros(count)
     if "slip_loss" in recording.variables:
         slip = np.sum(recording.slip_loss, axis=1)
+    if "support_slip_loss" in recording.variables:
+        slip += np.sum(recording.support_slip_loss, axis=1)
     energies = np.array([_energies(recording, plant, sample) for sample in (0, *chosen)])
     kinetic, gravity, elastic = (energies[1:] - energies[0]).T
     return Ledger(
@@ -131,7 +134,7 @@ def energy_ledger(
         elastic=elastic,
         damping=damping[chosen],
         slip=slip[chosen] - slip[0],
-        is_spring=all(is_spring(tip.law) for tip in plant.fingertips),
+        is_spring=all(is_spring(tip.law) for tip in plant.materials),
     )
 
 
@@ -144,8 +147,8 @@ def is_spring(law: Law) -> bool:
     return bool(here == there)
 
 
-def tip_energy(tip: Fingertip, contact: np.void) -> float:
-    """What a tip gives back when it is let go slowly [J].
+def tip_energy(tip: Contact, contact: np.void) -> float:
+    """What a tip, or a support, gives back when it is let go slowly [J].
 
     The energy of its law, where it has one. Else the work along a straight line at fixed Phi and lean, the integral of
     dF(s delta) . delta over s from 0 to 1: for a law that is no spring, such as the paper's, it depends on the way, and
@@ -165,8 +168,7 @@ def tip_energy(tip: Fingertip, contact: np.void) -> float:
 
 def _recorded_plant(recording: Recording) -> Plant:
     scenario = recorded_scenario(recording)
-    world = read_world(scenario)
-    return Plant(world, read_fingertips(scenario, world, read_law(scenario)))
+    return read_plant(scenario, read_law(scenario))
 
 
 def _summed(parts: Array) -> Array:
@@ -186,7 +188,7 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
     state = _put(recording, plant, sample)
     model = plant.world.model
     data = model.createData()
-    elastic = sum(tip_energy(tip, contact) for tip, contact in zip(plant.fingertips, plant.contacts, strict=True))
+    elastic = sum(tip_energy(tip, contact) for tip, contact in zip(plant.materials, plant.contacts, strict=True))
     kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
     return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic
 
@@ -205,4 +207,7 @@ def _damping_power(recording: Recording, plant: Plant, sample: int) -> float:
         ],
         axis=1,
     )
-    return float(np.sum((recording.contact_force[sample] - elastic) * contacts["velocity"]))
+    force = recording.contact_force[sample]
+    if plant.supports:
+        force = np.concatenate([force, recording.support_force[sample]])
+    return float(np.sum((force - elastic) * contacts["velocity"]))

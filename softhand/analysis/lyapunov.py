@@ -264,7 +264,7 @@ def evaluate(probe: Probe, seen: Observation, gains: Gains) -> Storage:
     J_delta = _deformation_jacobians(seen, [law.radius for law in probe.laws])
     # f_d = J_delta^fT f + J_delta^tauT tau_C of (63)
     f_d = np.einsum("iab,ia->ib", J_delta, np.column_stack([f.reshape(-1, 3), seen.tau_C]))[:, :3]
-    damped = np.einsum("iab,ia->ib", J_delta, seen.contact_force) - probe.plant.contacts["deformation_force"]
+    damped = np.einsum("iab,ia->ib", J_delta, seen.contact_force) - probe.plant.tip_contacts["deformation_force"]
     delta_d = np.empty_like(f_d)
     deformation, contact_rate = 0.0, 0.0
     for i, law in enumerate(probe.laws):

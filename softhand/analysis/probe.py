@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.assembly import read_fingertips, read_law, read_reference, read_world
+from softhand.assembly import read_law, read_plant, read_reference
 from softhand.errors import LawError, RecordingError, ScenarioError
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
@@ -41,14 +41,13 @@ class Probe:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
         model, n_memory = plant.world.model, plant.n_memory
-        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((plant.world.n_tips, n_memory)))
+        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((len(plant.contacts), n_memory)))
         self._sensor = Sensor(plant, reference.desired)
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
         """The plant of a scenario, with another law if one is given."""
-        world, law = read_world(scenario), law or read_law(scenario)
-        return cls(Plant(world, read_fingertips(scenario, world, law)), read_reference(scenario))
+        return cls(read_plant(scenario, law or read_law(scenario)), read_reference(scenario))
 
     def at(self, state: State, time: float) -> Observation:
         """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""
@@ -93,9 +92,11 @@ def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     world.set_joint_position(recording.joint_position[sample], q)
     q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
     v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])
-    z = np.zeros((world.n_tips, plant.n_memory))
-    z[:, :3] = recording.deformation[sample, :, 1:]
-    for memory, fingertip, dr in zip(z, plant.fingertips, recording.deformation[sample, :, 0], strict=True):
+    z = np.zeros((len(plant.contacts), plant.n_memory))
+    z[: world.n_tips, :3] = recording.deformation[sample, :, 1:]
+    if plant.supports and "support_deformation" in recording.variables:
+        z[world.n_tips :, :3] = recording.support_deformation[sample, :, 1:]
+    for memory, fingertip, dr in zip(z, plant.fingertips, recording.deformation[sample, :, 0], strict=False):
         if fingertip.law.coordinates == "surface":
             memory[:2] *= fingertip.law.radius - dr  # recorded as angles s / R
     return State(q, v, z)

@@ -1,22 +1,47 @@
-"""A tip against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), or against a solid box."""
+"""A pad against a plane face, the closed solution of [Nakashima] Eqs. (13) and (16), a solid box, or a ball."""
 
 from __future__ import annotations
 
 import math
 
 from softhand.compiled import compiled
+from softhand.contact.records import PLANE, SOLID
+
+
+@compiled
+def find_nearest(pad, pose, base_pose, contact):
+    """z_C and R: where the shape of the base is nearest to the centre of the pad.
+
+    Args:
+        pad: one row of `records.PAD`.
+        pose: pose of the joint that carries the pad (`Snapshot.poses`), shape (12,).
+        base_pose: pose of the joint that carries the shape, shape (12,).
+        contact: one row of `records.CONTACT`; tip, the third column of rotation, normal, feature, distance are set.
+    """
+    for row in range(3):
+        tip = pose[9 + row]
+        for k in range(3):
+            tip += pose[3 * k + row] * pad.position[k]
+        contact.tip[row] = tip
+    if pad.shape == SOLID:
+        _meet_box(pad, base_pose, contact)
+    elif pad.shape == PLANE:
+        _meet_face(pad, base_pose, contact)
+    else:
+        _meet_ball(pad, base_pose, contact)
 
 
 @compiled
 def place_contact(pad, pose, object_pose, contact):
-    """Contact frame, contact point, R, Theta and Phi from the poses of the tip and of the object.
+    """Contact frame, contact point, Theta and Phi from the poses of the tip and of the object.
 
     With the outward normal n of the face at the offset d, in world axes, and the tip at p_F:
 
         z_C = -n,   R = n . (p_F - p_O) - d,   p_C = p_F + R z_C
 
     Against a solid box n points from the nearest point of the box to the tip, and R is its distance: the same over a
-    face, and continuous across edges and vertices.
+    face, and continuous across edges and vertices. Between two balls n lies on the line of their centres, and p_C
+    between them: it lies deeper in the base by the share of dr that the base takes.
 
     (Theta, Phi) are the polar angles of z_C in F, z_C = (sin Phi, cos Theta cos Phi, sin Theta cos Phi) by (14).
     For a law in polar coordinates the axes x_C = dp/dTheta and y_C = dp/dPhi (normalised) are those of (17). They spin
@@ -26,25 +51,17 @@ def place_contact(pad, pose, object_pose, contact):
     Args:
         pad: one row of `records.PAD`.
         pose: pose of the joint that carries the tip (`Snapshot.poses`), shape (12,).
-        object_pose: pose of the object, shape (12,).
-        contact: one row of `records.CONTACT`; rotation, point, tip, normal, feature, distance, angles, sin_Phi,
-            cos_Phi, lean and the entries of J_delta^-1 are set.
+        object_pose: pose of the joint that carries the shape it meets, shape (12,).
+        contact: one row of `records.CONTACT`, after `find_nearest`; rotation, point, angles, sin_Phi, cos_Phi, lean and
+            the entries of J_delta^-1 are set.
     """
-    for row in range(3):
-        tip = pose[9 + row]
-        for k in range(3):
-            tip += pose[3 * k + row] * pad.position[k]
-        contact.tip[row] = tip
-    if pad.is_solid:
-        _meet_box(pad, object_pose, contact)
-    else:
-        _meet_face(pad, object_pose, contact)
     distance = contact.distance
+    reach = distance + pad.base_share * (pad.radius - distance)
     # the axes of F in the world, times z_C: z_C in F
     ux, uy, uz = 0.0, 0.0, 0.0
     for row in range(3):
         z = contact.rotation[row, 2]
-        contact.point[row] = contact.tip[row] + distance * z
+        contact.point[row] = contact.tip[row] + reach * z
         fx, fy, fz = _finger_axes(pad, pose, row)
         ux += fx * z
         uy += fy * z
@@ -114,6 +131,28 @@ def _meet_box(pad, object_pose, contact):
             + object_pose[3 + row] * contact.normal[1]
             + object_pose[6 + row] * contact.normal[2]
         )
+
+
+@compiled
+def _meet_ball(pad, object_pose, contact):
+    """z_C in the world and R, against a ball; the two centres must not coincide."""
+    square = 0.0
+    for row in range(3):
+        centre = object_pose[9 + row]
+        for k in range(3):
+            centre += object_pose[3 * k + row] * pad.ball_centre[k]
+        gap = contact.tip[row] - centre
+        contact.rotation[row, 2] = -gap
+        square += gap * gap
+    length = math.sqrt(square)
+    for row in range(3):
+        contact.rotation[row, 2] /= length
+    for k in range(3):
+        contact.normal[k] = 0.0
+        for row in range(3):
+            contact.normal[k] -= object_pose[3 * k + row] * contact.rotation[row, 2]
+    contact.distance = length - pad.ball_radius
+    contact.feature = 1
 
 
 @compiled

@@ -8,16 +8,16 @@ from softhand.compiled import compiled
 
 
 @compiled
-def contact_jacobian(contact, columns, object_column, J, jacobian):
+def contact_jacobian(pad, contact, columns, J, jacobian):
     """Columns of [J_CF, -J_O] in C_F that are not zero, in the velocities of the rigid-body model.
 
     Row a of `jacobian` is (v_x, v_y, v_z, w_z), the velocity of the tip's material point at the contact relative to the
     object's, for the velocity `columns[a]`, Eqs. (35), (42).
 
     Args:
+        pad: one row of `records.PAD`; its `own` first columns move the tip.
         contact: one row of `records.CONTACT`, after `place_contact`.
-        columns: velocities that move the tip, then the six of the object, padded with -1, shape (width,).
-        object_column: first of the six velocity indices of the object.
+        columns: velocities that move the tip, then those that move the object, padded with -1, shape (width,).
         J: world Jacobians of `Snapshot`, shape (6, nv).
         jacobian: set, shape (width, 4).
     """
@@ -27,7 +27,7 @@ def contact_jacobian(contact, columns, object_column, J, jacobian):
         column = columns[a]
         if column < 0:
             break
-        sign = 1.0 if column < object_column else -1.0
+        sign = 1.0 if a < pad.own else -1.0
         wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
         vx = sign * J[0, column] + wy * pz - wz * py
         vy = sign * J[1, column] + wz * px - wx * pz
@@ -76,6 +76,8 @@ def move_contacts(columns, contacts, jacobian, v):
     """The velocities of the contacts at v, and the viscous forces there, with the frames of the last evaluation."""
     for i in range(contacts.shape[0]):
         contact = contacts[i]
+        if contact.is_idle:
+            continue
         force, velocity, damping = contact.force, contact.velocity, contact.damping
         for k in range(4):
             force[k] -= damping[k] * velocity[k]
@@ -164,7 +166,7 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
     eta[0], eta[1] = contact.angles[0] + dtheta, contact.angles[1] + dphi
     eta[2], eta[3] = alpha_x, alpha_y
     eta[4] = math.atan2(-x_C_y, x_C_x) - dpsi
-    relative_x, relative_y = _relative_spin(contact, columns, J, v)
+    relative_x, relative_y = _relative_spin(pad, contact, columns, J, v)
     wx = cosine * relative_x + sine * relative_y + phi_rate
     wy = cosine * relative_y - sine * relative_x - contact.cos_Phi * theta_rate
     distance, velocity = contact.distance, contact.velocity
@@ -187,15 +189,14 @@ def _polar_axes(pad, contact):
 
 
 @compiled
-def _relative_spin(contact, columns, J, v):
+def _relative_spin(pad, contact, columns, J, v):
     """Angular velocity of the tip relative to the object along x and y of the contact frame."""
     x, y, z = 0.0, 0.0, 0.0
-    object_column = v.shape[0] - 6
     for a in range(columns.shape[0]):
         column = columns[a]
         if column < 0:
             break
-        speed = v[column] if column < object_column else -v[column]
+        speed = v[column] if a < pad.own else -v[column]
         x, y, z = x + J[3, column] * speed, y + J[4, column] * speed, z + J[5, column] * speed
     R = contact.rotation
     return R[0, 0] * x + R[1, 0] * y + R[2, 0] * z, R[0, 1] * x + R[1, 1] * y + R[2, 1] * z

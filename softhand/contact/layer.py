@@ -12,7 +12,7 @@ from numba.extending import intrinsic
 from softhand.compiled import compiled
 from softhand.contact.damping import damp
 from softhand.contact.friction import CLOSE, GUESSES, MOST_ROUNDS, limit_surface_use, spin_length
-from softhand.contact.geometry import place_contact
+from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
 
@@ -42,8 +42,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
 
     Args:
         pads: table `records.PAD`, shape (nc,).
-        columns: velocities that move each tip, then the object, padded with -1, shape (nc, width).
-        poses: `Snapshot.poses`; the object is the last, shape (joints, 12).
+        columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
+        poses: `Snapshot.poses`, shape (joints, 12).
         J: `Snapshot.J`, shape (6, nv).
         v: velocity, shape (nv,).
         z: memory of each contact, see `State`, shape (nc, 3 or more).
@@ -52,12 +52,17 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         contacts: table `records.CONTACT`, set, shape (nc,).
         jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
     """
-    object_pose = poses[poses.shape[0] - 1]
-    object_column = v.shape[0] - 6
     for i in range(pads.shape[0]):
         pad, contact = pads[i], contacts[i]
-        place_contact(pad, poses[pad.joint], object_pose, contact)
-        contact_jacobian(contact, columns[i], object_column, J, jacobian[i])
+        pose, base_pose = poses[pad.joint], poses[pad.base]
+        find_nearest(pad, pose, base_pose, contact)
+        if pad.is_support:
+            if pad.radius - contact.distance <= 0.0:
+                _rest(contact, jacobian[i])
+                continue
+            contact.is_idle = 0
+        place_contact(pad, pose, base_pose, contact)
+        contact_jacobian(pad, contact, columns[i], J, jacobian[i])
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
         contact.deformation[0] = pad.radius - contact.distance
@@ -104,6 +109,19 @@ def _let_go(contact):
     contact.limit_surface_use = 0.0
     contact.stiffness[:] = 0.0
     contact.damping[:] = 0.0
+
+
+@compiled
+def _rest(contact, jacobian):
+    """A support that does not touch; its depth, negative, is not kept up to date."""
+    if contact.is_idle:
+        return
+    contact.is_idle = 1
+    _let_go(contact)
+    contact.deformation[0] = 0.0
+    contact.deformation_rate[:] = 0.0
+    contact.velocity[:] = 0.0
+    jacobian[:] = 0.0
 
 
 @compiled

@@ -1,5 +1,8 @@
 """The two tables of the contact layer: what is fixed at each contact, and what holds at one state.
 
+A contact is a sphere, the pad, carried by one joint, against a shape carried by another, the base. Of a fingertip these
+are its hemisphere and the object; "tip" and "object" below mean the two bodies of any contact.
+
 Structured arrays of one row a contact: kernels read and write them by name, and their fields are live views for
 controllers and recordings.
 """
@@ -14,12 +17,19 @@ MAX_LAW_PARAMETERS = 16
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 
+PLANE, SOLID, BALL = range(3)
+"""What the base of a contact is shaped like."""
+
 PAD = np.dtype(
     [
-        ("joint", np.int64),  # Pinocchio joint that carries the tip
+        ("joint", np.int64),  # Pinocchio joint that carries the pad, 0 for the world
+        ("base", np.int64),  # Pinocchio joint that carries the shape that it meets
+        ("own", np.int64),  # how many of the first columns of the contact move the pad; the others move the base
+        ("is_support", np.int64),  # whether it is no fingertip against the object, and idle while it does not touch
         ("rotation", np.float64, (3, 3)),  # axes of the finger frame F in the joint frame
         ("position", np.float64, 3),  # origin of F in the joint frame [m]
-        ("radius", np.float64),  # of the undeformed hemisphere [m]
+        ("radius", np.float64),  # of the undeformed hemisphere [m]; 0 for a point
+        ("base_share", np.float64),  # of the depth, taken by the base: the contact point lies so much further out
         ("friction", np.float64),  # coefficient mu, kinetic
         ("static_friction", np.float64),  # coefficient until slip begins
         ("can_slip", np.int64),  # whether friction has a limit
@@ -29,13 +39,12 @@ PAD = np.dtype(
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
-        (
-            "is_solid",
-            np.int64,
-        ),  # whether the tip meets the box as it is, with edges and all its faces, or an endless face
+        ("shape", np.int64),  # of the base: PLANE, the face without its edges; SOLID, the box; BALL
         ("box_rotation", np.float64, (3, 3)),  # axes of the box in the object frame
         ("box_centre", np.float64, 3),  # in the object frame [m]
         ("box_half", np.float64, 3),  # half the length of each side [m]
+        ("ball_centre", np.float64, 3),  # in the frame of the base [m]
+        ("ball_radius", np.float64),  # [m]
         ("force_function", np.int64),  # address of the compiled law
         ("stiffness_function", np.int64),  # address of its derivatives
         ("is_surface", np.int64),  # coordinates of the law: 1 surface, 0 polar
@@ -46,7 +55,7 @@ PAD = np.dtype(
         ("relaxation", np.float64, (MAX_RELAXATIONS, 2)),  # share, rate [1/s]; the rows in use come first
     ]
 )
-"""One soft fingertip against one face of the object."""
+"""One pad and what it meets."""
 
 CONTACT = np.dtype(
     [
@@ -67,6 +76,7 @@ CONTACT = np.dtype(
         ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]; or dr, s1, s2 [m], psi [rad]
         ("deformation_rate", np.float64, 4),  # their rates
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
+        ("is_idle", np.int64),  # 1 for a support that does not touch: all that follows from touch is then zero
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
         ("slip", np.float64, 3),  # what the limit took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation

@@ -49,6 +49,11 @@ class Box:
     half: NDArray[np.float64]
     """Half the length of each side [m], shape (3,)."""
 
+    def corners(self) -> NDArray[np.float64]:
+        """Its eight corners in the object frame [m], shape (8, 3)."""
+        signs = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        return np.asarray(self.centre + (signs * self.half) @ self.rotation.T)
+
     def faces(self) -> tuple[Face, ...]:
         """Its six faces."""
         planes = []

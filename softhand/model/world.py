@@ -56,6 +56,15 @@ class World:
         """The faces of the object."""
         return self.box.faces()
 
+    def hand_frame(self, name: str) -> tuple[int, pin.SE3]:
+        """Joint, 0 for the world, that carries a link or frame of the hand, and its place in the frame of that joint.
+
+        Raises:
+            ModelError: the hand has no such link or frame.
+        """
+        frame = _find_frame(self.model, name, self.hand_urdf, self.object_joint)
+        return frame.parentJoint, pin.SE3(frame.placement)
+
     @property
     def n_joints(self) -> int:
         """Velocities of the hand."""
@@ -174,16 +183,22 @@ def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
 
 
 def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
-    """The tip frame of that name; Pinocchio gives no error for an unknown one."""
-    links = [frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY]
-    if name not in [frame.name for frame in hand.frames]:
-        raise ModelError(
-            f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
-        )
-    # a joint may have the name of a link, and then not that of the link that it carries
-    frame = hand.frames[hand.getFrameId(name, pin.FrameType.BODY) if name in links else hand.getFrameId(name)]
+    frame = _find_frame(hand, name, file, hand.njoints)
     if frame.parentJoint == 0:
         raise ModelError(f"{file}: the tip '{name}' is fixed to the base; no joint moves it.", file=str(file))
     chain = list(hand.supports[frame.parentJoint])[1:]
     columns = tuple(hand.joints[index].idx_v for index in chain)
     return Tip(name, frame.parentJoint, frame.placement.rotation.copy(), frame.placement.translation.copy(), columns)
+
+
+def _find_frame(model: pin.Model, name: str, file: Path, n_joints: int) -> pin.Frame:
+    """The frame of that name at one of the first joints; Pinocchio gives no error for an unknown one."""
+    frames = [frame for frame in model.frames if frame.parentJoint < n_joints]
+    links = [frame.name for frame in frames if frame.type == pin.FrameType.BODY]
+    found = [frame for frame in frames if frame.name == name]
+    if not found:
+        raise ModelError(
+            f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
+        )
+    # a joint may have the name of a link, and then not that of the link that it carries
+    return next((frame for frame in found if frame.type == pin.FrameType.BODY), found[0])

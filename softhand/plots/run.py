@@ -126,7 +126,7 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
                 shown = recording["limit_surface_use"]
                 axes.set_ylabel("use, coupled dotted [-]")
                 _add_coupled(axes, recording, shown)
-            _mark_friction(axes, recording.time, np.maximum(values, shown))
+            _mark_friction(axes, recording.time, shown if is_coulomb(recording) else np.maximum(values, shown))
     _draw_torques(figure, lower, recording)
 
 
@@ -204,13 +204,14 @@ def _draw_fingers_legend(figure: Figure, tips: Sequence[str], place: SubplotSpec
 
 def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -> float:
     """Title, settings, legend of the upper part, why an incomplete run stopped; returns where the axes may begin."""
-    figure.text(0.012, from_top(figure, 0.36), settings_line(scenario), color="0.35", va="top")
     handles = [Line2D([], [], color=OBJECT, lw=1.8, label="object"), desired_handle()]
     draw_legend(figure, handles, from_top(figure, 0.34), loc="upper right")
     names = ", ".join(f"{k} {name}" for k, (name, _, _) in enumerate(phases_of(recording), start=1))
-    figure.text(0.25, from_top(figure, 0.36), f"phases: {names}" if names else "", color="0.35", va="top")
+    figure.text(0.012, from_top(figure, 0.36), settings_line(scenario), color="0.35", va="top")
+    if names:
+        figure.text(0.012, from_top(figure, 0.53), f"phases: {names}", color="0.35", va="top")
     stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
-    return draw_title(figure, scenario.get("description") or "softhand run", stop)
+    return draw_title(figure, scenario.get("description") or "softhand run", stop, room=0.17 if names else 0.0)
 
 
 def settings_line(scenario: dict[str, Any]) -> str:

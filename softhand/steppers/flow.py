@@ -18,7 +18,7 @@ class Flow:
     def __init__(self, plant: Plant) -> None:
         model = plant.world.model
         self._plant = plant
-        self._nq, self._nv, self._nc = model.nq, model.nv, plant.world.n_tips
+        self._nq, self._nv, self._nc = model.nq, model.nv, len(plant.contacts)
         self._n_memory = plant.n_memory
         self.size = self._nq + self._nv + self._nc * self._n_memory
 

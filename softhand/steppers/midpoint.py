@@ -49,7 +49,7 @@ class _MidpointIntegration(Integration):
         self._plant, self._step = plant, step
         self._velocity = np.zeros((4, nv))  # w; in the middle of the step; expected at its end; see `_begin`
         self._acceleration, self._matrix = np.zeros(nv), np.zeros((nv, nv))
-        self._turning = np.zeros((2, plant.world.n_tips, 4))  # J' w: before the drift; (h^2/4) K J' w
+        self._turning = np.zeros((2, len(plant.contacts), 4))  # J' w: before the drift; (h^2/4) K J' w
         self._held = np.zeros_like(self.torque)
         self._state: State | None = None
 
@@ -101,6 +101,8 @@ def _begin(
     w, lower = velocity[0], velocity[3]
     w[:] = 0.0
     for i in range(contacts.shape[0]):
+        if contacts[i].is_idle:
+            continue
         K, u, force = contacts[i].stiffness, contacts[i].velocity, turning[1, i]
         for k in range(4):
             force[k] = step * step / 6.0 * (K[k, 0] * u[0] + K[k, 1] * u[1] + K[k, 2] * u[2] + K[k, 3] * u[3])
@@ -147,12 +149,13 @@ def _arrive(
     w, middle, lower = velocity[0], velocity[1], velocity[3]
     for i in range(contacts.shape[0]):
         for k in range(4):
-            turning[0, i, k] = contacts[i].deformation_rate[k]
+            turning[0, i, k] = contacts[i].deformation_rate[k] if not contacts[i].is_idle else math.nan
     evaluate_contacts(pads, columns, poses, J, middle, z, 0.5 * step, True, contacts, jacobian)
     for i in range(contacts.shape[0]):
         for k in range(3):
             z[i, k] = contacts[i].deformation[1 + k]
-        _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
+        if not contacts[i].is_idle:
+            _turn(contacts[i], 0.25 * step, turning[0, i], turning[1, i])
     note_slip(pads, contacts, z)
     relax(pads, contacts, 0.5 * step, z)
     _factor_matrix(M, envelope, columns, contacts, jacobian, step, matrix)
@@ -171,7 +174,13 @@ def _arrive(
 
 @compiled
 def _turn(contact, weight, rate, force):
-    """force = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force."""
+    """force = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force.
+
+    Zero for a support that did not touch before the step, whose rate is NaN.
+    """
+    if rate[0] != rate[0]:
+        force[:] = 0.0
+        return
     change = contact.deformation_rate
     x = (change[1] - rate[1]) / contact.theta_per_x
     y = (change[2] - rate[2]) / contact.phi_per_y
@@ -196,6 +205,8 @@ def _without_damping_ahead(envelope, columns, contacts, jacobian, step, matrix, 
     """The first kick damps with the velocity before it; (h/2) D of the matrix is meant for that after it."""
     change[:] = 0.0
     for i in range(contacts.shape[0]):
+        if contacts[i].is_idle:
+            continue
         force = turning[0, i]
         relative_velocity(columns[i], jacobian[i], acceleration, force)
         for k in range(4):
@@ -223,7 +234,8 @@ def _add_torque(envelope, torque, held, matrix, change, acceleration):
 def _accelerate(envelope, nle, torque, columns, contacts, jacobian, extra, matrix, acceleration):
     generalized_force(columns, contacts, jacobian, nle, torque, acceleration)
     for i in range(contacts.shape[0]):
-        add_contact_force(columns[i], jacobian[i], extra[i], acceleration)
+        if not contacts[i].is_idle:
+            add_contact_force(columns[i], jacobian[i], extra[i], acceleration)
     solve(matrix, envelope, acceleration)
 
 
@@ -232,6 +244,8 @@ def _add_stiffness(columns, contacts, jacobian, step, matrix):
     """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J, K symmetrised."""
     weight, per_step = 0.25 * step * step, 2.0 / step
     for i in range(contacts.shape[0]):
+        if contacts[i].is_idle:
+            continue
         K, D = contacts[i].stiffness, contacts[i].damping
         xx, yy = K[0, 0] + per_step * D[0], K[1, 1] + per_step * D[1]
         zz, ww = K[2, 2] + per_step * D[2], K[3, 3] + per_step * D[3]

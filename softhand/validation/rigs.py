@@ -12,10 +12,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from softhand.contact.pads import Fingertip, Support
 from softhand.laws.law import Law
 from softhand.laws.radial import Radial
 from softhand.model.world import World, load_world
-from softhand.plant import Fingertip, Plant, State, add_contact_force
+from softhand.plant import Plant, State, add_contact_force
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.stepper import Stepper
 
@@ -129,8 +130,8 @@ class Rig:
         self.update()
         total = pin.computeKineticEnergy(model, data, self.state.q, self.state.v)
         total += pin.computePotentialEnergy(model, data, self.state.q)
-        for fingertip, contact in zip(self.plant.fingertips, self.plant.contacts, strict=True):
-            law = fingertip.law
+        for material, contact in zip(self.plant.materials, self.plant.contacts, strict=True):
+            law = material.law
             assert law.energy is not None
             total += law.energy(*contact["deformation"], *contact["lean"], *law.parameters())
         return float(total)
@@ -180,14 +181,18 @@ def make_world(
 
 
 def make_rig(
-    world: World, fingertips: Sequence[Fingertip], position: ArrayLike, rotation: ArrayLike | None = None
+    world: World,
+    fingertips: Sequence[Fingertip],
+    position: ArrayLike,
+    rotation: ArrayLike | None = None,
+    supports: Sequence[Support] = (),
 ) -> Rig:
     """All at rest, joints at 0, with the box at a position [m], shape (3,), and turned, shape (3, 3)."""
-    plant = Plant(world, fingertips)
+    plant = Plant(world, fingertips, supports)
     q = np.zeros(world.model.nq)
     q[-7:-4] = position
     q[-4:] = (0.0, 0.0, 0.0, 1.0) if rotation is None else pin.Quaternion(np.asarray(rotation, dtype=float)).coeffs()
-    return Rig(plant, State(q, np.zeros(world.model.nv), np.zeros((world.n_tips, plant.n_memory))))
+    return Rig(plant, State(q, np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))))
 
 
 def tip(world: World, face: int, law: Law | None = None, friction: float = MU, **options: object) -> Fingertip:

@@ -1,0 +1,228 @@
+"""What may touch what: fingertips and supports, and their rows in the table `records.PAD`.
+
+Both are a sphere that one body carries against a shape that another one carries. The first rows are the fingertips,
+each against the object; whatever else may touch is a support: a corner of the object on the table, two tips, a palm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from softhand.contact.records import BALL, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD, PLANE, SOLID
+from softhand.dampings.damping import Damping
+from softhand.errors import LawError
+from softhand.laws.law import LEADING, CompiledLaw, Law
+from softhand.model.faces import Face
+from softhand.model.world import World
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """Material of one tip and the face that it touches."""
+
+    law: Law
+    friction: float
+    """Coefficient mu."""
+    face: Face
+    damping: Damping = Damping()  # noqa: RUF009  frozen
+    can_slip: bool = False
+    """Whether friction has a limit and the object has edges; else the tip rolls on an endless face under any load."""
+    static_friction: float | None = None
+    """Coefficient until slip begins, not below `friction`; None: the same."""
+    torsion_length: float | None = None
+    """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
+
+    @property
+    def holds_longer(self) -> bool:
+        """Whether slip, once begun, goes on at less friction, so that it must be remembered."""
+        return self.can_slip and self.static_friction is not None and self.static_friction > self.friction
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A sphere, as the shape of a base."""
+
+    centre: Array
+    """In the frame of the joint [m], shape (3,)."""
+    radius: float
+    """[m]"""
+    axis: Array
+    """Unit vector to the side that is met, in the frame of the joint, shape (3,); the tangential axes turn from it."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """A sphere that may touch a shape, beside the fingertips on the object. It always slips at the limit of friction.
+
+    Its force is that on the body of the shape.
+    """
+
+    name: str
+    """Label in recordings, such as `table corner 3`."""
+    law: Law
+    """In surface coordinates."""
+    friction: float
+    """Coefficient mu."""
+    joint: int
+    """Pinocchio joint that carries the sphere, 0 for the world."""
+    position: Array
+    """Its centre in the frame of the joint [m], shape (3,)."""
+    radius: float
+    """[m]; 0 for a point."""
+    base: int
+    """Pinocchio joint that carries the shape, 0 for the world."""
+    shape: Face | Ball | None
+    """In the frame of the base: an endless plane, a ball; None: the object as it is, which the base carries."""
+    face: Face | None = None
+    """Of the object, where `shape` is None: the one that is met first. Tangential axes are counted from it."""
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    """Axes of the sphere in the frame of the joint, x where a tip points, shape (3, 3)."""
+    base_share: float = 0.0
+    """Share of the depth that the body of the shape takes."""
+    damping: Damping = Damping()  # noqa: RUF009  frozen
+    static_friction: float | None = None
+    torsion_length: float | None = None
+    """As those of `Fingertip`."""
+    torsion_share: float | None = None
+    """As that of a law, in place of the law's."""
+
+    can_slip = True
+
+    @property
+    def holds_longer(self) -> bool:
+        """Whether slip, once begun, goes on at less friction."""
+        return self.static_friction is not None and self.static_friction > self.friction
+
+
+Contact = Fingertip | Support
+
+
+def memory_size(contacts: Sequence[Contact]) -> int:
+    """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
+    relaxations = max(len(contact.damping.relaxation()) for contact in contacts)
+    return 3 + 4 * relaxations + any(contact.holds_longer for contact in contacts)
+
+
+def contact_columns(
+    world: World, supports: Sequence[Support]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """The velocities that move each contact.
+
+    Velocities that move both bodies alike, those of a wrist, move no contact of theirs and are left out.
+
+    Returns:
+        Columns of each contact, those of the pad before those of the base, padded with -1, shape (nc, width); how many
+        are of the pad, shape (nc,); first column of each row of the mass matrix and of what the contacts add to it,
+        shape (nv,).
+    """
+    pairs = [(tip.joint, world.object_joint) for tip in world.tips]
+    pairs += [(support.joint, support.base) for support in supports]
+    rows, own, envelope = [], [], world.envelope
+    for joint, base in pairs:
+        of_pad, of_base = _chain(world.model, joint), _chain(world.model, base)
+        pad = [column for column in of_pad if column not in of_base]
+        rows.append(pad + [column for column in of_base if column not in of_pad])
+        own.append(len(pad))
+        if rows[-1]:
+            envelope[rows[-1]] = np.minimum(envelope[rows[-1]], min(rows[-1]))
+    width = max(map(len, rows))
+    columns = np.array([row + [-1] * (width - len(row)) for row in rows], dtype=np.int64)
+    return columns, np.array(own, dtype=np.int64), envelope
+
+
+def _chain(model: pin.Model, joint: int) -> list[int]:
+    """Velocities that move a joint, from the base outward."""
+    chain = [model.joints[index] for index in list(model.supports[joint]) if index > 0]
+    return [column for part in chain for column in range(part.idx_v, part.idx_v + part.nv)]
+
+
+def build_pads(
+    world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support], code: dict[Law, CompiledLaw]
+) -> NDArray[np.void]:
+    """Table `records.PAD`, fingertips first.
+
+    Raises:
+        LawError: a law or a damping has more numbers than fit.
+    """
+    pads = np.zeros(len(fingertips) + len(supports), PAD)
+    n_memory = memory_size([*fingertips, *supports])
+    for pad, tip, fingertip in zip(pads, world.tips, fingertips, strict=False):
+        pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
+        pad["base"], pad["radius"] = world.object_joint, fingertip.law.radius
+        _set_face(pad, fingertip.face)
+        _set_solid(pad, world, fingertip.can_slip)
+        _set_material(pad, fingertip, code[fingertip.law], n_memory)
+        pad["torsion_share"] = fingertip.law.torsion_share or 0.0
+    for pad, support in zip(pads[len(fingertips) :], supports, strict=True):
+        pad["is_support"] = 1
+        pad["joint"], pad["rotation"], pad["position"] = support.joint, support.rotation, support.position
+        pad["base"], pad["radius"], pad["base_share"] = support.base, support.radius, support.base_share
+        _set_shape(pad, world, support)
+        _set_material(pad, support, code[support.law], n_memory)
+        pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
+    return pads
+
+
+def _set_shape(pad: np.void, world: World, support: Support) -> None:
+    shape = support.shape
+    if isinstance(shape, Face):
+        pad["shape"] = PLANE
+        _set_face(pad, shape)
+    elif isinstance(shape, Ball):
+        pad["shape"], pad["ball_centre"], pad["ball_radius"] = BALL, shape.centre, shape.radius
+        across = np.cross(shape.axis, np.eye(3)[np.argmin(np.abs(shape.axis))])
+        pad["face_normal"], pad["face_tangent"] = shape.axis, across / np.linalg.norm(across)
+    else:
+        assert support.face is not None
+        _set_face(pad, support.face)
+        _set_solid(pad, world, True)
+
+
+def _set_face(pad: np.void, face: Face) -> None:
+    pad["face_normal"], pad["face_tangent"], pad["face_offset"] = face.normal, face.tangent, face.offset
+
+
+def _set_solid(pad: np.void, world: World, has_edges: bool) -> None:
+    box = world.box
+    pad["shape"] = SOLID if has_edges else PLANE
+    pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
+
+
+def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: int) -> None:
+    """All that does not depend on where the contact is."""
+    law, name = contact.law, type(contact.law).__name__
+    if len(code.parameters) > MAX_LAW_PARAMETERS:
+        raise LawError(
+            f"law '{name}' has {len(code.parameters)} parameters; at most {MAX_LAW_PARAMETERS} fit.", law=name
+        )
+    pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
+    leading = len(LEADING[law.coordinates])
+    arguments = np.zeros(LAW_ARGUMENTS)
+    arguments[leading : leading + len(code.parameters)] = code.parameters
+    pad["law_arguments"] = arguments
+    pad["is_surface"] = law.coordinates == "surface"
+    pad["friction"], pad["can_slip"] = contact.friction, contact.can_slip
+    pad["static_friction"] = contact.static_friction or contact.friction
+    pad["slip_column"] = n_memory - 1 if contact.holds_longer else -1
+    pad["torsion_length"] = contact.torsion_length or 0.0
+    _set_damping(pad, contact.damping)
+
+
+def _set_damping(pad: np.void, damping: Damping) -> None:
+    pad["viscosity"], pad["viscosity_per_force"] = damping.viscosity(), damping.viscosity_per_force()
+    pairs = damping.relaxation()
+    if len(pairs) > MAX_RELAXATIONS:
+        raise LawError(
+            f"damping '{type(damping).__name__}' has {len(pairs)} relaxations; at most {MAX_RELAXATIONS} fit.",
+            law=type(damping).__name__,
+        )
+    for k, pair in enumerate(pairs):
+        pad["relaxation"][k] = pair
+    pad["is_damped"] = any(damping.viscosity()) or any(damping.viscosity_per_force()) or bool(pairs)
