@@ -1,4 +1,4 @@
-"""The start with open fingers: each tip stands off its contact point, the object stands on the table, all is at rest."""
+"""The start with open fingers: each tip stands off its contact point, the object stands on a table, all at rest."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def solve_open_start(
         for gap, place in ((0.0, "the contact point"), (opening, f"the start {1e3 * opening:.3g} mm before its face")):
             reach_point(arm, i, touched + (fingertip.law.radius + gap) * normal, angles, place)
     arm.move(angles)
-    check_torques(arm, [], [])
+    check_torques(arm, np.zeros((nc, 3)), list(np.zeros((nc, 3))))
     q = arm.q.copy()
     q[-7:-4], q[-4:] = standing, pin.Quaternion(axes).coeffs()
     state = State(q, np.zeros(world.model.nv), np.zeros((nc, memory_size(fingertips))))
@@ -136,8 +136,8 @@ def resting_pose(world: World, supports: Sequence[Support], position: Array, rot
     step, left = find_root(excess, derivative, [sunk], -limit - abs(sunk[0]), limit + abs(sunk[0]), _BALANCED)
     if left > _BALANCED or np.any(np.abs(step) > limit):
         raise GraspError(
-            f"the object does not stand on the table at object.position: its lowest corner is {1e3 * gaps.min():.3g} mm "
-            f"above it; put it there within {1e3 * _MOVED:g} mm, flat within {math.degrees(_TILTED):.2g} deg.",
+            f"the object does not stand on the table at object.position: its lowest corner is {1e3 * gaps.min():.3g} "
+            f"mm above it; put it there within {1e3 * _MOVED:g} mm, flat within {math.degrees(_TILTED):.2g} deg.",
             finger="", quantity="height", value=float(gaps.min()),
         )  # fmt: skip
     return moved(step)

@@ -189,7 +189,7 @@ def test_the_energy_ledger_closes() -> None:
     assert left[1] < left[0] / 3.0
 
 
-# -------------------------------------------------------------------------------------------------------- what goes wrong
+# ------------------------------------------------------------------------------------------------------ what goes wrong
 
 
 def _stopped(values: dict[str, Any]) -> SimulationStopped:

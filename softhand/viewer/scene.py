@@ -58,7 +58,7 @@ class Bounds(NamedTuple):
     grasp: Sphere
     """Around the object and the tips."""
     azimuth: float
-    """Of the camera in the upright picture, about z, from x towards y [rad]: where the fewest fingers are in the way."""
+    """Of the camera in the upright picture about z, from x to y [rad]: where the fewest fingers are in the way."""
     upright: Array
     """Turns the world so that gravity points down in the picture, shape (3, 3)."""
 
