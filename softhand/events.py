@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from softhand.recording import Recording
 
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
+_TOGETHER = 0.005  # [s] within which corners that meet the table, or leave it, are one event
+_CORNER = "table corner "
 _APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
 
 
@@ -22,7 +24,7 @@ class Event:
     Attributes:
         time: of the first sample that shows it [s].
         kind: one of `KINDS`.
-        finger: name of the tip, for a torque limit that of the joint; "" for the whole run.
+        finger: name of the tip or of the support, for a torque limit that of the joint; "" for the whole run.
         text: the reason in figures.
     """
 
@@ -38,13 +40,8 @@ KINDS = ("phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "a
 
 def find_events(recording: Recording) -> list[Event]:
     """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
-    found = [
-        *_phases(recording),
-        *_touches(recording),
-        *_slips(recording),
-        *_apexes(recording),
-        *_torque_limits(recording),
-    ]
+    touches = [*_touches(recording), *_support_touches(recording)]
+    found = [*_phases(recording), *touches, *_slips(recording), *_apexes(recording), *_torque_limits(recording)]
     if not recording.complete:
         found.append(Event(recording.stop_time, "stopped", "", recording.reason))
     return sorted(found, key=lambda event: event.time)
@@ -78,14 +75,39 @@ def _touches(recording: Recording) -> Iterator[Event]:
     """Touch and lift-off; a tip that presses from the start does not touch."""
     if "contact_force" not in recording.variables:
         return
-    pressing = recording.contact_force[:, :, 2] > 0.0
-    for i, finger in enumerate(recording.labels["contact"]):
+    yield from _pressing_ends(recording, recording.labels["contact"], recording.contact_force[:, :, 2])
+
+
+def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np.float64]) -> Iterator[Event]:
+    """Where each column of normal forces [N] begins and ends to be positive."""
+    pressing = force > 0.0
+    for i, name in enumerate(names):
         for k in np.flatnonzero(np.diff(pressing[:, i])) + 1:
-            before, after = recording.contact_force[k - 1, i, 2], recording.contact_force[k, i, 2]
             if pressing[k, i]:
-                yield Event(_time(recording, k), "touch", finger, f"f_z = {after:.3g} N")
+                yield Event(_time(recording, k), "touch", name, f"f_z = {force[k, i]:.3g} N")
             else:
-                yield Event(_time(recording, k), "lift-off", finger, f"f_z was {before:.3g} N the sample before")
+                yield Event(_time(recording, k), "lift-off", name, f"f_z was {force[k - 1, i]:.3g} N the sample before")
+
+
+def _support_touches(recording: Recording) -> Iterator[Event]:
+    """The same of the supports; corners that meet the table together, or leave it, are one event of the table."""
+    if "support_force" not in recording.variables:
+        return
+    corners: dict[str, list[Event]] = {"touch": [], "lift-off": []}
+    names = recording.labels["support"]
+    for event in _pressing_ends(recording, names, recording.support_force[:, :, 2]):
+        if event.finger.startswith(_CORNER):
+            corners[event.kind].append(event)
+        else:
+            yield event
+    for events in corners.values():
+        events.sort(key=lambda event: event.time)
+        while events:
+            first = events[0]
+            together = [event for event in events if event.time <= first.time + _TOGETHER]
+            del events[: len(together)]
+            count = len({event.finger for event in together})
+            yield first if count == 1 else Event(first.time, first.kind, "table", f"{count} corners")
 
 
 def _slips(recording: Recording) -> Iterator[Event]:

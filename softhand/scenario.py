@@ -136,7 +136,7 @@ class TableSection(Settings):
     @classmethod
     def _normal_has_a_direction(cls, normal: Vector3) -> Vector3:
         if not math.hypot(*normal) > 0.0:
-            raise ValueError("got [0, 0, 0], which has no direction.")
+            raise ValueError("a normal needs a direction, such as [0, 0, 1].")
         return normal
 
 

@@ -158,6 +158,13 @@ def _is_table(annotation: Any) -> TypeGuard[type[BaseModel]]:
     return isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, BaseModel)
 
 
+def _required(annotation: Any) -> Any:
+    """The annotation without `| None`."""
+    branches = [branch for branch in get_args(annotation) if branch is not types.NoneType]
+    is_optional = get_origin(annotation) in (Union, types.UnionType) and len(branches) == 1
+    return branches[0] if is_optional else annotation
+
+
 def _describe_list(items: tuple[Any, ...], metadata: Iterable[Any], many: bool) -> str:
     least = max([getattr(limit, "min_length", None) or 0 for limit in _flat(metadata)], default=0)
     is_open = len(items) < 2 or items[-1] is Ellipsis
@@ -236,9 +243,10 @@ def _locate(
     for part in location:
         keys.append(str(part))
         field = model.model_fields.get(str(part))
-        if field is None or not _is_table(field.annotation) or len(keys) == len(location):
+        table = None if field is None else _required(field.annotation)
+        if not _is_table(table) or len(keys) == len(location):
             break
-        model = field.annotation
+        model = table
     return model, tuple(keys), field
 
 

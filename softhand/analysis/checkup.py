@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 
 from softhand.assembly import build, read_grasp, read_law, read_waypoints
+from softhand.contact.pads import Ball
+from softhand.contact.supports import depth_in_table, table_plane
 from softhand.errors import GraspError
+from softhand.model.configuration import rotation_of
 from softhand.model.validation.examination import examine
 from softhand.model.world import World
 from softhand.observation import Observation
@@ -29,6 +32,7 @@ else:
 
 _NEAR = 0.9  # of a limit
 _APEX_NEAR = math.radians(80.0)
+_DEEP_IN_TABLE = 5e-4  # [m]
 _JOINT_NEAR = math.radians(1.0)
 
 
@@ -66,9 +70,15 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_tips(seen, simulation.plant),
         *_of_joints(simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
+        *_of_table(scenario, world),
         *_of_target(scenario, world),
     ]
-    start = [*_tip_rows(seen, world), *_joint_rows(simulation, world), *_step_rows(scenario, stepper, frequency)]
+    start = [
+        *_touch_rows(simulation.plant),
+        *_tip_rows(seen, world),
+        *_joint_rows(simulation, world),
+        *_step_rows(scenario, stepper, frequency),
+    ]
     return Checkup(_values(simulation.scenario), start, warnings, frequency)
 
 
@@ -144,6 +154,18 @@ def _of_step(scenario: Scenario, stable_up_to: float, frequency: float) -> Itera
         )
 
 
+def _of_table(scenario: Scenario, world: World) -> Iterator[str]:
+    if scenario.table is None:
+        return
+    plane = table_plane(scenario.table.height, scenario.table.normal)
+    depth = depth_in_table(world, plane, scenario.object.position, rotation_of(scenario.object.rpy))
+    if depth > _DEEP_IN_TABLE:
+        yield (
+            f"table: the object starts {1e3 * depth:.3g} mm deep in it and will be thrown off; lower table.height or "
+            "raise object.position."
+        )
+
+
 def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
     """Whether a tip can get to its contact point where the reference asks for the object.
 
@@ -167,6 +189,24 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
             if error.quantity == "reach" and error.value > law.radius and str(error) not in told:  # type: ignore[attr-defined]
                 told.add(str(error))
                 yield f"reference: at the target, {error}"
+
+
+def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
+    """What may touch what; nothing else meets."""
+    slips = any(tip.can_slip for tip in plant.fingertips)
+    how = "as it is, with edges, and can slip" if slips else "as an endless face, and cannot slip"
+    yield "tips meet the object", how
+    names = [support.name for support in plant.supports]
+    corners = [name for name in names if name.startswith("table corner")]
+    tips = [name.removeprefix("table ") for name in names if name.startswith("table ") and name not in corners]
+    if corners:
+        yield "the table meets", f"{len(corners)} corners of the object, {', '.join(tips)}"
+    for name in names:
+        if name.startswith("palm"):
+            yield name, "meets the object"
+    pairs = [support.name for support in plant.supports if isinstance(support.shape, Ball)]
+    if pairs:
+        yield "tips meet each other", ", ".join(pairs)
 
 
 def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:

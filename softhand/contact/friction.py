@@ -86,12 +86,13 @@ def note_slip(pads, contacts, z):
         contact.is_slipping = 1 if moved and touches else 0
         if pad.slip_column >= 0:
             z[i, pad.slip_column] = contact.is_slipping
+        if moved:
+            for k in range(3):
+                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
         if contact.is_slipping:
             along_x = slip[0] / contact.theta_per_x
             contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
             contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
-            for k in range(3):
-                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
-            slip[:] = 0.0
+        slip[:] = 0.0
         for k in range(3):
             before[k] = force[1 + k]

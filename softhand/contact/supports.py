@@ -141,8 +141,7 @@ def plain(law: Law, in_series: bool = False) -> Plain:
         f_n = c d^zeta,   f_t = k_t s,   tau = k_psi psi
 
     c and zeta give the normal force of an undeflected tip, F(d), at d = 0.1 r and 0.2 r: exactly at every depth where F
-    is a power, as in the paper's (4). k_t and k_psi are those of the law at d = 0.2 r, the contact at 90 deg from the
-    rim's plane for surface coordinates, at 60 deg, on the paper's side, for polar ones.
+    is a power, as in the paper's (4). k_t and k_psi are those of the law at d = 0.2 r and Phi = 60 deg.
 
     Two equal tips in series share the force, and each takes half of each displacement: f_n = F(d / 2) = c d^zeta /
     2^zeta, and half of k_t and k_psi.
@@ -184,7 +183,7 @@ def pad_on_hand(
         position: of the ball's centre in that frame [m], shape (3,).
         radius: [m].
         friction: mu.
-        stiffness: normal and tangential [N/m]; torsional, that of a linear spring over the ball's radius / 10.
+        stiffness: normal and tangential [N/m]; torsional, times (radius / 10)^2.
         damping: likewise [N s/m].
 
     Raises:

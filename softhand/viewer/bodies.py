@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.viewer.item import Colour, Item, Part, Update, item
 from softhand.viewer.moment import Moment
-from softhand.viewer.palette import DESIRED, JOINT, LINK, OBJECT, PALM, darker
-from softhand.viewer.shapes import Mesh, axes_along, cylinder, feature_edges, merged, moved, sphere
+from softhand.viewer.palette import DESIRED, JOINT, LINK, OBJECT, PALM, TABLE, darker
+from softhand.viewer.shapes import Mesh, axes_along, box, cylinder, feature_edges, merged, moved, sphere
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import Visual
 
 Array = NDArray[np.float64]
+
+_TABLE_SIDE = 18.0  # in units
+
+
+class Plane(NamedTuple):
+    """Where a table is."""
+
+    height: float
+    """Along the normal, from the origin of the base frame [m]."""
+    normal: Array
+    """Unit vector, shape (3,)."""
 
 
 class Hand(Part):
@@ -73,6 +86,25 @@ class Object(Part):
         return [Update(moment.object_pose)] * len(self.items)
 
 
+class Table(Part):
+    """A slab under the object, as large as the picture needs; the table itself has no end."""
+
+    def __init__(self, plane: Plane, under: Array, unit: float) -> None:
+        thick, side = 0.6 * unit, _TABLE_SIDE * unit
+        pose = _along(plane.normal)
+        pose[:3, 3] = under - (plane.normal @ under - plane.height) * plane.normal
+        slab = moved(box((side, side, thick)), _lifted(-0.5 * thick))
+        self._pose = pose
+        self.items = [
+            item("table/slab", slab, TABLE, opacity=0.55),
+            item("table/edges", feature_edges(slab, 0.05 * unit), darker(TABLE)),
+        ]
+
+    def update(self, moment: Moment) -> list[Update]:
+        """It stays."""
+        return [Update(self._pose)] * len(self.items)
+
+
 class DesiredPose(Part):
     """A ghost of the object where it is wanted."""
 
@@ -87,6 +119,12 @@ class DesiredPose(Part):
     def update(self, moment: Moment) -> list[Update]:
         """The desired pose."""
         return [Update(moment.desired_pose)] * len(self.items)
+
+
+def _lifted(height: float) -> Array:
+    pose = np.eye(4)
+    pose[2, 3] = height
+    return pose
 
 
 def _along(direction: Array) -> Array:

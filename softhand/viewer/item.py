@@ -19,6 +19,7 @@ LAYERS: dict[str, str] = {
     "links": "Links",
     "base": "Palm and joints",
     "object": "Object",
+    "table": "Table",
     "tips": "Fingertips",
     "forces": "Contact forces",
     "torsion": "Torsion",

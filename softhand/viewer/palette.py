@@ -17,6 +17,7 @@ def rgb(code: str) -> Colour:
     return red, green, blue
 
 
+TABLE = rgb("#c9bfae")
 LINK, PALM, JOINT = rgb("#b3bac7"), rgb("#545c69"), rgb("#3d454f")
 OBJECT, TIP, NET = rgb("#5c8ccc"), rgb("#f2b899"), rgb("#8a4a2a")
 DISC, TRAIL = rgb("#e6eef8"), rgb("#10151c")

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
 from softhand.model.configuration import cross_matrix, rotation_of
+from softhand.model.faces import Face
 from softhand.observation import contact_pairs
 from softhand.plant import Plant
 from softhand.recording import Recording
 from softhand.scenario_file import resolve_path
 from softhand.viewer import palette
-from softhand.viewer.bodies import DesiredPose, Hand, Object
+from softhand.viewer.bodies import DesiredPose, Hand, Object, Plane, Table
 from softhand.viewer.contacts import Forces, InternalForces, Tips, Torsion, Trails
 from softhand.viewer.item import LAYERS, Colour, Item, Part, Update
 from softhand.viewer.moment import Moment, check_viewable, recorded_moment
@@ -90,6 +91,7 @@ class Cast:
         gravity: in the world [m/s^2]; without any, z is up.
         hand_folder: where the hand's meshes are looked for.
         object_folder: likewise.
+        table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
     """
 
     hand_urdf: str
@@ -99,6 +101,7 @@ class Cast:
     gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
     hand_folder: Path | None = None
     object_folder: Path | None = None
+    table: tuple[Plane, Array] | None = None
 
 
 class Scales(NamedTuple):
@@ -147,6 +150,8 @@ class Scene:
             DesiredPose(body, unit),
             InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
         ]
+        if cast.table is not None:
+            self._parts.insert(0, Table(*cast.table, unit))
         self.items: list[Item] = [item for part in self._parts for item in part.items]
         self.legend = _legend(scales)
 
@@ -235,10 +240,18 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         world.hand_text,
         world.object_text,
         tuple(tip.name for tip in world.tips),
-        tuple(map(float, plant.pads["radius"])),
+        tuple(map(float, plant.pads["radius"][: world.n_tips])),
         tuple(map(float, world.gravity)),
         world.hand_urdf.parent,
         world.object_urdf.parent,
+        next(
+            (
+                (Plane(support.shape.offset, support.shape.normal), first.object_pose[:3, 3])
+                for support in plant.supports
+                if isinstance(support.shape, Face)
+            ),
+            None,
+        ),
     )
     return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
 
@@ -252,7 +265,18 @@ def _cast_of(recording: Recording) -> Cast:
         tuple(_of_scenario(recording, "gravity") or (0.0, 0.0, -9.81)),
         _folder_of(recording, "hand"),
         _folder_of(recording, "object"),
+        _table_of(recording),
     )
+
+
+def _table_of(recording: Recording) -> tuple[Plane, Array] | None:
+    """The table of the recorded scenario, if it can be read and has one."""
+    try:
+        table = tomllib.loads(recording.scenario)["table"]
+        normal = np.array(table.get("normal", (0.0, 0.0, 1.0)), dtype=float)
+        return Plane(float(table["height"]), normal / np.linalg.norm(normal)), recording.object_position[0]
+    except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
+        return None
 
 
 def _radii_of(recording: Recording) -> tuple[float, ...]:
