@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from softhand.assembly import build
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.events import find_events, phases_of
 from softhand.recording import Recording
+from softhand.viewer.scene import RecordedScene
 
 NAME = "grasp-and-lift"
 WEIGHT = 0.2 * 9.81  # [N]
@@ -187,6 +189,36 @@ def test_the_energy_ledger_closes() -> None:
         left.append(np.abs(ledger.residual).max())
         assert left[-1] < 1e-4 * ledger.exchanged
     assert left[1] < left[0] / 3.0
+
+
+# --------------------------------------------------------------------------------------------------------- how it looks
+
+
+def test_the_picture_stands_with_gravity_downwards(lift: Recording) -> None:
+    """The world is turned so that gravity points to -z: of the hanging hand, of a slanting one, and not of others."""
+    for gravity in ([0.0, 0.0, 9.81], [3.0, -2.0, 4.0], [1.0, 0.0, -9.0]):
+        scenario = _load({"gravity": gravity}).to_toml()
+        upright = RecordedScene(replace(lift, scenario=scenario)).bounds.upright
+        np.testing.assert_allclose(upright @ gravity, [0.0, 0.0, -np.linalg.norm(gravity)], atol=1e-12)
+        np.testing.assert_allclose(upright @ upright.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(upright) == pytest.approx(1.0)
+    ordinary = replace(lift, scenario=softhand.load_scenario("target-a").to_toml())
+    np.testing.assert_array_equal(RecordedScene(ordinary).bounds.upright, np.eye(3))
+
+
+def test_the_figure_names_the_phases(lift: Recording) -> None:
+    """In a line below the title, with their numbers at the top of each panel; without phases there is no line."""
+    figure = softhand.draw_run(lift)
+    lines = [text.get_text() for text in figure.texts]
+    assert any(line.startswith("phases: 1 close, 2 squeeze, 3 take the weight, 4 lift") for line in lines)
+    assert [text.get_text() for text in figure.axes[0].texts] == [str(k) for k in range(1, 10)]
+    without = softhand.draw_run(replace(lift, attributes={}))
+    assert not any(text.get_text().startswith("phases") for text in without.texts)
+
+
+def test_the_summary_has_no_false_alarm(lift: Recording) -> None:
+    """Open tips do not press, and tips that let go slip at the limit: neither is a fiction."""
+    assert softhand.summarize(lift).warnings() == []
 
 
 # ------------------------------------------------------------------------------------------------------ what goes wrong
