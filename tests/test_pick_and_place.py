@@ -11,6 +11,7 @@ from hands import write_box
 
 import softhand
 from softhand.analysis.energy import energy_ledger
+from softhand.analysis.loop import linearise
 from softhand.assembly import build
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.events import find_events, phases_of
@@ -128,6 +129,7 @@ def test_the_order_of_events(lift: Recording) -> None:
     assert len(times["touch"]) == len(times["lift-off"]) == 3
     assert max(times["touch"]) < phases["squeeze"][0]
     assert min(times["lift-off"]) > phases["retreat"][0]
+    assert [event.kind for event in events if event.finger == "table"][0] == "lift-off"
     on_table = _corners(lift).max(axis=1) > 0.0
     in_air = lift.time[~on_table]
     assert phases["take the weight"][0] < in_air[0] < phases["lift"][0] + 0.3
@@ -256,6 +258,12 @@ def test_letting_go_in_the_air_is_refused() -> None:
     ways = [dict(row) for row in _load().model_dump(exclude_none=True)["reference"]["waypoints"]]
     without = [row for row in ways if row["phase"] not in ("lower", "put down")]
     assert "does not stand" in str(_stopped({"reference.waypoints": without}))
+
+
+def test_there_is_no_linear_loop_about_open_fingers() -> None:
+    """`softhand stability` says so."""
+    with pytest.raises(GraspError, match="start open"):
+        linearise(_load({"controller": {"name": "regulation"}}))
 
 
 def test_in_a_grasp_it_is_regulation() -> None:
