@@ -129,7 +129,7 @@ def test_the_order_of_events(lift: Recording) -> None:
     assert len(times["touch"]) == len(times["lift-off"]) == 3
     assert max(times["touch"]) < phases["squeeze"][0]
     assert min(times["lift-off"]) > phases["retreat"][0]
-    assert [event.kind for event in events if event.finger == "table"][0] == "lift-off"
+    assert next(event.kind for event in events if event.finger == "table") == "lift-off"
     on_table = _corners(lift).max(axis=1) > 0.0
     in_air = lift.time[~on_table]
     assert phases["take the weight"][0] < in_air[0] < phases["lift"][0] + 0.3

@@ -83,7 +83,7 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     """
     if scenario.grasp.opening:
         raise GraspError(
-            "the fingers start open and there is no grasp to linearise; set grasp.opening = 0 and grasp.internal_force.",
+            "the fingers start open: there is no grasp to linearise; set grasp.opening = 0 and grasp.internal_force.",
             finger="", quantity="opening", value=scenario.grasp.opening,
         )  # fmt: skip
     law = law or read_law(scenario)
