@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.controllers.controller import Controller
@@ -16,13 +14,14 @@ from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
 from softhand.model.mounting import TipPlace
 from softhand.model.world import World, load_world
+from softhand.open_start import solve_open_start
 from softhand.plant import Plant
 from softhand.plugins import find_plugin, plugin_names
 from softhand.recording import Recording
-from softhand.references import REFERENCES, Reference
+from softhand.references import STRAIGHT, Reference, Waypoint, Waypoints
 from softhand.scenario import Scenario
 from softhand.scenario_file import resolve_path
-from softhand.settings import read_settings
+from softhand.settings import Vector3, read_settings
 from softhand.simulation import Progress, Simulation
 from softhand.steppers.stepper import Stepper
 
@@ -176,6 +175,18 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
     """The fingertips of a scenario, each with its face, and its grasp at rest."""
     section, fingertips = scenario.grasp, read_fingertips(scenario, world, law)
     rotation = rotation_of(scenario.object.rpy)
+    if section.opening:
+        grasp = solve_open_start(
+            world,
+            fingertips,
+            section.contact_points,
+            section.opening,
+            scenario.object.position,
+            rotation,
+            read_supports(scenario, world, fingertips),
+            section.joint_guess,
+        )
+        return fingertips, grasp
     grasp = solve_grasp(
         world,
         fingertips,
@@ -227,11 +238,31 @@ def _read_stepper(scenario: Scenario) -> Stepper:
 
 def read_reference(scenario: Scenario) -> Reference:
     """Desired pose and internal force against time."""
-    section = scenario.reference
-    return REFERENCES[section.kind](
-        start=np.concatenate([scenario.object.position, scenario.object.rpy]),
-        target=np.concatenate([section.object_position, section.object_rpy]),
-        start_force=scenario.grasp.internal_force,
-        target_force=section.internal_force,
-        duration=section.duration,
+    section, (start, *waypoints) = scenario.reference, read_waypoints(scenario)
+    if section.kind == "waypoints":
+        return Waypoints(start, waypoints)
+    (target,) = waypoints
+    return STRAIGHT[section.kind](
+        start.coordinates, target.coordinates, start.internal_force, target.internal_force, section.duration
     )
+
+
+def read_waypoints(scenario: Scenario) -> list[Waypoint]:
+    """The start and all that the reference goes to, one after the other; a `step` has one target as well."""
+    section, grasp = scenario.reference, scenario.grasp
+    now: dict[str, Any] = {
+        "object_position": scenario.object.position,
+        "object_rpy": scenario.object.rpy,
+        "internal_force": grasp.internal_force,
+        "opening": grasp.opening,
+        "carried": 0.0 if grasp.opening else 1.0,
+    }
+    passed = [_waypoint(**now)]
+    for row in section.waypoints or (section,):
+        now |= {key: value for key in now if (value := getattr(row, key, None)) is not None}
+        passed.append(_waypoint(**now, duration=row.duration, phase=getattr(row, "phase", "")))
+    return passed
+
+
+def _waypoint(object_position: Vector3, object_rpy: Vector3, **others: Any) -> Waypoint:
+    return Waypoint((*object_position, *object_rpy), **others)

@@ -1,4 +1,4 @@
-"""What happened in a run, and when: touch, lift-off, slip, apex, torque limits."""
+"""What happened in a run, and when: phases, touch, lift-off, slip, apex, torque limits."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Event:
     text: str
 
 
-KINDS = ("touch", "lift-off", "slip", "torsional slip", "slip ends", "apex", "torque limit", "stopped")
+KINDS = ("phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "apex", "torque limit", "stopped")
 """`torsional slip` is slip where torsion takes the larger share of the limit."""
 
 
 def find_events(recording: Recording) -> list[Event]:
     """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
     touches = [*_touches(recording), *_support_touches(recording)]
-    found = [*touches, *_slips(recording), *_apexes(recording), *_torque_limits(recording)]
+    found = [*_phases(recording), *touches, *_slips(recording), *_apexes(recording), *_torque_limits(recording)]
     if not recording.complete:
         found.append(Event(recording.stop_time, "stopped", "", recording.reason))
     return sorted(found, key=lambda event: event.time)
@@ -51,6 +51,25 @@ def find_events(recording: Recording) -> list[Event]:
 def events_as_text(events: list[Event]) -> str:
     """JSON, as the attribute `events` of a recording has it."""
     return json.dumps([asdict(event) for event in events])
+
+
+def phases_as_text(phases: Sequence[tuple[str, float]]) -> str:
+    """JSON, as the attribute `phases` of a recording has it: name and begin of each [s]."""
+    return json.dumps(phases)
+
+
+def phases_of(recording: Recording) -> list[tuple[str, float, float]]:
+    """Name, begin and end [s] of the phases of a run, as far as it went."""
+    begun = [
+        phase for phase in json.loads(str(recording.attributes.get("phases", "[]"))) if phase[1] <= recording.stop_time
+    ]
+    ends = [time for _, time in begun[1:]] + [recording.stop_time]
+    return [(name, begin, end) for (name, begin), end in zip(begun, ends, strict=False)]
+
+
+def _phases(recording: Recording) -> Iterator[Event]:
+    for name, begin, _ in phases_of(recording):
+        yield Event(begin, "phase", "", name)
 
 
 def _touches(recording: Recording) -> Iterator[Event]:

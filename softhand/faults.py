@@ -134,7 +134,7 @@ def approach(Phi: NDArray[np.float64], plant: Plant) -> str:
     tips = zip(plant.world.tips, Phi.max(axis=0), strict=True)
     near = [
         f"{tip.name} {math.degrees(largest):.1f} deg"
-        for (tip, largest), pad in zip(tips, plant.pads, strict=True)
+        for (tip, largest), pad in zip(tips, plant.pads[: plant.world.n_tips], strict=True)
         if largest > _APEX_NEAR and not pad["is_surface"]
     ]
     return f" Largest Phi before, with the apex at 90 deg: {', '.join(near)}." if near else ""

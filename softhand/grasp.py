@@ -123,7 +123,7 @@ def solve_grasp(
             arm, i, fingertips[i], points[i], frame, forces[i], angles
         )
     arm.move(angles)
-    _check_torques(arm, forces, points)
+    check_torques(arm, forces, points)
     q = arm.q.copy()
     q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
     friction = np.array([fingertip.friction for fingertip in fingertips])
@@ -219,7 +219,7 @@ def _settle(
     for attempt in range(50):
         # after a few of them the depth is all but found, and the finger only follows it to the last digit
         wish = guess if attempt < _WISHES else None
-        _reach(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
+        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
         Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -242,13 +242,20 @@ def _settle(
     return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
 
 
-def _reach(arm: Arm, index: int, target: Array, angles: Array, wish: Array | None) -> None:
+def reach_point(
+    arm: Arm, index: int, target: Array, angles: Array, wish: Array | None, place: str = "the contact point"
+) -> None:
+    """Set the joints of one finger so that its tip frame is at a point; see `Arm.reach` for the wish.
+
+    Raises:
+        GraspError: that is out of reach.
+    """
     gap = arm.reach(index, target, angles, wish)
     if gap > REACHED:
         name, joints = arm.world.tips[index].name, len(arm.own_columns(index))
         few = f" with {joints} joint{'' if joints == 1 else 's'}, where any point needs 3" if joints < 3 else ""
         raise GraspError(
-            f"{name}: the contact point is out of reach by {1e3 * gap:.3g} mm within the joint limits{few}. "
+            f"{name}: {place} is out of reach by {1e3 * gap:.3g} mm within the joint limits{few}. "
             "Move the object or the contact point closer, or give another grasp.joint_guess.",
             finger=name, quantity="reach", value=gap,
         )  # fmt: skip
@@ -303,7 +310,7 @@ def plain_depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
     return depth
 
 
-def _check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
+def check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
     """The joints can hold what the grasp asks of them."""
     world = arm.world
     torque = arm.gravity_torque()

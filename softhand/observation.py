@@ -64,6 +64,7 @@ class Observation:
         effort_limit: largest torque of each joint [N m], shape (n,).
         desired: what the reference asks for now.
         fingertips: law, friction and face (in the object frame) of each tip; constants.
+        tip_names: of the fingertips, in their order; constants.
         object_mass: [kg]; a constant.
         object_lever: from the origin of the object frame to the centre of mass, in that frame [m], shape (3,); a
             constant.
@@ -93,6 +94,7 @@ class Observation:
         self.N_F, self.N_O = np.zeros(n), np.zeros(6)
         inertia = world.model.inertias[world.object_joint]
         self.fingertips: tuple[Fingertip, ...] = plant.fingertips
+        self.tip_names = tuple(tip.name for tip in world.tips)
         self.object_mass, self.object_lever = float(inertia.mass), np.array(inertia.lever)
         self.gravity = world.gravity
         self.configuration = np.zeros(world.model.nq)

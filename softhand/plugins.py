@@ -50,6 +50,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "opposing": "softhand.controllers.opposing:Opposing",
         "angle-feedback": "softhand.controllers.angle_feedback:AngleFeedback",
         "two-phase": "softhand.controllers.two_phase:TwoPhase",
+        "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
     "steppers": {
         "midpoint": "softhand.steppers.midpoint:Midpoint",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.scenario_file import find_scenario, overridden, read_toml, with_absolute_paths
-from softhand.settings import NonNegative, Positive, Settings, Vector, Vector3, frozen, read_settings, show
+from softhand.settings import NonNegative, Positive, Settings, Vector, Vector3, describe, frozen, read_settings, show
 
 _MOST_STEPS = 1e9
 
@@ -206,12 +206,14 @@ class GraspSection(Settings):
 
     Attributes:
         contact_points: one a fingertip, on the surface, in the object frame [m].
-        internal_force: at the start, one number a pair of fingertips; positive squeezes [N].
+        internal_force: at the start, one number a pair of fingertips; positive squeezes [N]. 0 with open fingers.
+        opening: how far off its contact point each tip starts, along the outward normal [m]; 0: in the grasp.
         joint_guess: where the inverse kinematics starts, one number a joint [rad].
     """
 
     contact_points: tuple[Vector3, ...]
     internal_force: Vector
+    opening: NonNegative = 0.0
     joint_guess: Vector | None = None
 
 
@@ -225,22 +227,68 @@ class ControllerSection(OpenSettings):
     name: str
 
 
+class WaypointSection(Settings):
+    """One waypoint. What is not given stays as it was at the waypoint before, or at the start.
+
+    Attributes:
+        phase: name of the way there, for figures and events.
+        duration: of the way there [s].
+        object_position: in the base frame [m].
+        object_rpy: roll, pitch, yaw [rad].
+        internal_force: in the order of grasp.internal_force [N].
+        opening: how far the tips stand off their contact points [m]; below 0 they press.
+        carried: share of the object's weight that the fingers carry; the table has the rest.
+    """
+
+    phase: str = ""
+    duration: Positive
+    object_position: Vector3 | None = None
+    object_rpy: Vector3 | None = None
+    internal_force: Vector | None = None
+    opening: float | None = None
+    carried: Annotated[float, Field(ge=0, le=1)] | None = None
+
+
 class ReferenceSection(Settings):
     """What the controller is asked for.
 
     Attributes:
-        kind: `step` asks for it at once, `minimum-jerk` goes there from the start.
-        duration: time to the target; not used by `step` [s].
-        object_position: target position, in the base frame [m].
-        object_rpy: target roll, pitch, yaw [rad].
-        internal_force: target, in the order of grasp.internal_force [N].
+        kind: `step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one.
+        duration: time to the target; of `minimum-jerk` only [s].
+        object_position: target position, in the base frame [m]; not with `waypoints`.
+        object_rpy: target roll, pitch, yaw [rad]; not with `waypoints`.
+        internal_force: target, in the order of grasp.internal_force [N]; not with `waypoints`.
+        waypoints: one after the other.
     """
 
-    kind: Literal["step", "minimum-jerk"]
+    kind: Literal["step", "minimum-jerk", "waypoints"]
     duration: Positive = 1.0
-    object_position: Vector3
-    object_rpy: Vector3
-    internal_force: Vector
+    object_position: Vector3 | None = None
+    object_rpy: Vector3 | None = None
+    internal_force: Vector | None = None
+    waypoints: tuple[WaypointSection, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_what_its_kind_needs(self) -> ReferenceSection:
+        target = ("object_position", "object_rpy", "internal_force")
+        needed, other = (("waypoints",), target) if self.kind == "waypoints" else (target, ("waypoints",))
+        for key in needed:
+            if not getattr(self, key):
+                allowed = describe(type(self).model_fields[key].annotation)
+                raise ScenarioError(
+                    f"reference.{key}: missing; {show(self.kind)} needs it, {allowed}.",
+                    key=f"reference.{key}",
+                    value=None,
+                )
+        for key in other:
+            if getattr(self, key):
+                value = getattr(self, key)
+                raise ScenarioError(
+                    f"reference.{key}: {show(self.kind)} has no {key}; remove it"
+                    + (", and put it into a waypoint." if other is target else '. It belongs to "waypoints".'),
+                    key=f"reference.{key}", value=value,
+                )  # fmt: skip
+        return self
 
 
 class StepperSection(OpenSettings):
@@ -297,13 +345,39 @@ class Scenario(Settings):
         pairs = tips * (tips - 1) // 2
         why = f"{tips} fingertips with {pairs} pair{'s' if pairs > 1 else ''}"
         _check_count("grasp.internal_force", self.grasp.internal_force, pairs, why)
-        _check_count("reference.internal_force", self.reference.internal_force, pairs, why)
+        for key, force in self._desired_forces():
+            _check_count(key, force, pairs, why)
+        self._check_opening()
         period, step = self.control_period, self.stepper.step
         rule = f"go a whole number of times into the control period of {period:.12g} s"
         _check_whole("stepper.step", step, period / step, rule, lambda count: period / count)
         rule = f"be a whole number of control periods of {period:.12g} s"
         _check_whole("duration", self.duration, self.duration / period, rule, lambda count: period * count)
         return self
+
+    def _desired_forces(self) -> Iterator[tuple[str, tuple[float, ...]]]:
+        asked = self.reference
+        if asked.internal_force is not None:
+            yield "reference.internal_force", asked.internal_force
+        for k, waypoint in enumerate(asked.waypoints, start=1):
+            if waypoint.internal_force is not None:
+                yield f"reference.waypoints, internal_force of item {k}", waypoint.internal_force
+
+    def _check_opening(self) -> None:
+        """Open fingers do not squeeze, and a tip that comes and goes needs the solid box."""
+        if not self.grasp.opening:
+            return
+        if any(self.grasp.internal_force):
+            raise ScenarioError(
+                f"grasp.internal_force: got {show(self.grasp.internal_force)}, but with grasp.opening the tips do not "
+                "touch at the start and it must be 0; the squeeze to come belongs into [reference].",
+                key="grasp.internal_force", value=self.grasp.internal_force,
+            )  # fmt: skip
+        if self.fingertip.contact != "coulomb":
+            raise ScenarioError(
+                'fingertip.contact: grasp.opening needs "coulomb"; a tip under "rolling" never leaves its face.',
+                key="fingertip.contact", value=self.fingertip.contact,
+            )  # fmt: skip
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """Return a checked copy with some values changed.

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from softhand import scenario
 from softhand.plugins import find_plugin, plugin_names
 from softhand.scenario import (
     ControllerSection,
@@ -78,7 +79,7 @@ def _table(cls: type[BaseModel]) -> Schema:
     schema = cls.model_json_schema()
     notes = field_notes(cls)
     properties = {
-        name: _without_null({word: value for word, value in schema["properties"][name].items() if word != "title"})
+        name: _without_null(_inlined({word: v for word, v in schema["properties"][name].items() if word != "title"}))
         for name in cls.model_fields
     }
     for name, note in notes.items():
@@ -90,6 +91,15 @@ def _table(cls: type[BaseModel]) -> Schema:
         "required": schema.get("required", []),
         "additionalProperties": False,
     }
+
+
+def _inlined(value: Any) -> Any:
+    """Tables of `softhand.scenario` in place of references to them."""
+    if isinstance(value, dict) and "$ref" in value:
+        return _table(getattr(scenario, value["$ref"].removeprefix("#/$defs/")))
+    if isinstance(value, dict):
+        return {word: _inlined(part) for word, part in value.items()}
+    return [_inlined(part) for part in value] if isinstance(value, list) else value
 
 
 def _without_null(value: Schema) -> Schema:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
-from softhand.events import events_as_text, find_events
+from softhand.events import events_as_text, find_events, phases_as_text
 from softhand.faults import HEALTHY, approach, broken_down, find_fault, out_of_range, stopped
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import Plant, State
@@ -209,8 +209,8 @@ class Simulation:
         self._checked = result if isinstance(result, np.ndarray) else None
 
     def _raised(self, error: Exception) -> SofthandError:
-        """What to raise for an error of the controller: a wrong setting as it is, all else with its name."""
-        if isinstance(error, ScenarioError):
+        """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
+        if isinstance(error, ScenarioError | ControllerError):
             return error
         return self._bad_torque(f"raised {type(error).__name__}: {error}")
 
@@ -283,6 +283,8 @@ class Simulation:
             hand_urdf=world.hand_text,
             object_urdf=world.object_text,
         )
+        if self._reference.phases:
+            recording.attributes["phases"] = phases_as_text(self._reference.phases)
         recording.attributes["events"] = events_as_text(find_events(recording))
         return recording
 

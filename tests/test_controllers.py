@@ -35,6 +35,7 @@ SCENARIOS = {
     "opposing": "pinch-opposing",
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
+    "pick-and-place": "grasp-and-lift",
 }
 """A scenario that ships for each controller that ships."""
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand.assembly import build, read_grasp, read_law
+from softhand.assembly import build, read_grasp, read_law, read_waypoints
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.errors import GraspError
@@ -171,20 +171,24 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
 
     By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
     """
-    asked = scenario.reference
-    target = scenario.with_values(
-        {
-            "object.position": asked.object_position,
-            "object.rpy": asked.object_rpy,
-            "grasp.internal_force": asked.internal_force,
-        }
-    )
-    law = read_law(scenario)
-    try:
-        read_grasp(target, world, law)
-    except GraspError as error:
-        if error.quantity == "reach" and error.value > law.radius:  # type: ignore[attr-defined]
-            yield f"reference: at the target, {error}"
+    law, told = read_law(scenario), set()
+    for point in read_waypoints(scenario)[1:]:
+        if not any(point.internal_force):
+            continue
+        target = scenario.with_values(
+            {
+                "object.position": point.coordinates[:3],
+                "object.rpy": point.coordinates[3:],
+                "grasp.internal_force": point.internal_force,
+                "grasp.opening": 0.0,
+            }
+        )
+        try:
+            read_grasp(target, world, law)
+        except GraspError as error:
+            if error.quantity == "reach" and error.value > law.radius and str(error) not in told:  # type: ignore[attr-defined]
+                told.add(str(error))
+                yield f"reference: at the target, {error}"
 
 
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
@@ -222,6 +226,9 @@ def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str
 
 
 def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:
+    if frequency == 0.0:
+        yield "fastest vibration", "none: nothing touches at the start"
+        return
     step = scenario.stepper.step
     limit = "any step is stable"
     if math.isfinite(stepper.stable_up_to):

@@ -79,8 +79,13 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
 
     Raises:
         RecordingError: another controller.
-        GraspError: there is no grasp at rest.
+        GraspError: there is no grasp at rest, or the fingers start open.
     """
+    if scenario.grasp.opening:
+        raise GraspError(
+            "the fingers start open: there is no grasp to linearise; set grasp.opening = 0 and grasp.internal_force.",
+            finger="", quantity="opening", value=scenario.grasp.opening,
+        )  # fmt: skip
     law = law or read_law(scenario)
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, law)

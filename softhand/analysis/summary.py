@@ -9,6 +9,8 @@ import numpy as np
 from softhand.events import Event, find_events
 from softhand.recording import Recording
 
+_ROUNDED = 1e-9  # a tip that slips is on the limit
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -26,7 +28,7 @@ class Summary:
         events: what happened when.
         torque_limited: share of the samples in which an effort limit cut a torque.
         out_of_range: where the fingertip law was used beyond what it is meant for, a sentence; "" if nowhere.
-        lost_contact: tips that did not press at some time, each with the first such time [s].
+        lost_contact: tips that held on without pressing, which a tip can under `rolling`, and the first such time [s].
         steps_per_second: simulated time steps per second of wall time, controller and recording included.
         real_time_factor: simulated time over wall time.
     """
@@ -66,7 +68,7 @@ class Summary:
     def warnings(self) -> list[str]:
         """What a reader of the numbers must know."""
         found = []
-        if self.friction_use > 1.0:
+        if self.friction_use > 1.0 and not self.limit_surface_use <= 1.0 + _ROUNDED:  # else tips slip at the limit
             found.append(
                 f"Friction use reached {self.friction_use:.3g} "
                 f"({self.friction_finger}, t = {self.friction_time:.3g} s): pure rolling, "
@@ -90,12 +92,12 @@ def summarize(recording: Recording) -> Summary:
     force = recording.internal_force - recording.internal_force_desired
     use = recording.friction_use
     sample, contact = np.unravel_index(int(np.argmax(use)), use.shape)
-    pressing = recording.deformation[:, :, 0] > 0.0
+    clinging = (recording.deformation[:, :, 0] <= 0.0) & recording.contact_force.any(axis=2)
     fingers = recording.labels["contact"]
     lost = {
-        finger: float(recording.time[np.argmin(pressing[:, k])])
+        finger: float(recording.time[np.argmax(clinging[:, k])])
         for k, finger in enumerate(fingers)
-        if not pressing[:, k].all()
+        if clinging[:, k].any()
     }
     wall = float(recording.attributes.get("wall_time", np.nan))
     return Summary(

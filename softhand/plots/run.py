@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
-from softhand.events import find_events
+from softhand.events import find_events, phases_of
 from softhand.plots.style import (
     CONTACT_ARRAYS,
     DASHED,
@@ -66,6 +66,7 @@ def draw_run(recording: Recording) -> Figure:
         _draw_object(figure, grid[0], recording)
         _draw_contacts(figure, grid[1], recording)
         finish(figure, _time_shown(recording, scenario))
+        _mark_phases(figure, recording)
         if not recording.complete:
             _mark_stop(figure, recording.stop_time)
     return figure
@@ -125,7 +126,7 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
                 shown = recording["limit_surface_use"]
                 axes.set_ylabel("use, coupled dotted [-]")
                 _add_coupled(axes, recording, shown)
-            _mark_friction(axes, recording.time, np.maximum(values, shown))
+            _mark_friction(axes, recording.time, shown if is_coulomb(recording) else np.maximum(values, shown))
     _draw_torques(figure, lower, recording)
 
 
@@ -203,17 +204,30 @@ def _draw_fingers_legend(figure: Figure, tips: Sequence[str], place: SubplotSpec
 
 def _draw_head(figure: Figure, recording: Recording, scenario: dict[str, Any]) -> float:
     """Title, settings, legend of the upper part, why an incomplete run stopped; returns where the axes may begin."""
-    figure.text(0.012, from_top(figure, 0.36), settings_line(scenario), color="0.35", va="top")
     handles = [Line2D([], [], color=OBJECT, lw=1.8, label="object"), desired_handle()]
     draw_legend(figure, handles, from_top(figure, 0.34), loc="upper right")
+    names = ", ".join(f"{k} {name}" for k, (name, _, _) in enumerate(phases_of(recording), start=1))
+    figure.text(0.012, from_top(figure, 0.36), settings_line(scenario), color="0.35", va="top")
+    if names:
+        figure.text(0.012, from_top(figure, 0.53), f"phases: {names}", color="0.35", va="top")
     stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
-    return draw_title(figure, scenario.get("description") or "softhand run", stop)
+    return draw_title(figure, scenario.get("description") or "softhand run", stop, room=0.17 if names else 0.0)
 
 
 def settings_line(scenario: dict[str, Any]) -> str:
     """What a scenario runs with, in a line."""
     plugins = {name: scenario.get(name, {}) for name in ("controller", "reference", "stepper")}
     return ", ".join(f"{name} {table.get('name', table.get('kind'))}" for name, table in plugins.items() if table)
+
+
+def _mark_phases(figure: Figure, recording: Recording) -> None:
+    """Every other phase of the reference a little darker, its number at the top."""
+    for axes in figure.axes:
+        for k, (_, begin, end) in enumerate(phases_of(recording), start=1):
+            if k % 2:
+                axes.axvspan(begin, end, color="0.5", alpha=0.1, lw=0, zorder=0)
+            axes.text(0.5 * (begin + end), 0.99, str(k), transform=axes.get_xaxis_transform(), color="0.5", fontsize=6,
+                      ha="center", va="top")  # fmt: skip
 
 
 def _time_shown(recording: Recording, scenario: dict[str, Any]) -> float:

@@ -225,12 +225,12 @@ def from_top(figure: Figure, inches: float) -> float:
     return 1.0 - inches / float(figure.get_figheight())
 
 
-def draw_title(figure: Figure, title: str, *warnings: str) -> float:
-    """Title and warnings, with room for a legend between them; returns where the axes may begin."""
+def draw_title(figure: Figure, title: str, *warnings: str, room: float = 0.0) -> float:
+    """Title and warnings, with room for a legend between them, and more [in]; returns where the axes may begin."""
     figure.text(0.012, from_top(figure, 0.1), textwrap.shorten(title, 90), weight="bold", size=11, va="top")
     lines = [line for warning in warnings if warning for line in textwrap.wrap(warning, 145)]
-    figure.text(0.012, from_top(figure, 0.56), "\n".join(lines), color=WARNING, va="top")
-    return from_top(figure, 0.82 + 0.14 * len(lines))
+    figure.text(0.012, from_top(figure, 0.56 + room), "\n".join(lines), color=WARNING, va="top")
+    return from_top(figure, 0.82 + room + 0.14 * len(lines))
 
 
 def draw_legend(figure: Figure, handles: list[Line2D], height: float, loc: Any, handlelength: float = 2.4) -> None:

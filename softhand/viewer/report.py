@@ -12,6 +12,7 @@ from typing import Any
 
 from softhand.analysis.summary import summarize
 from softhand.errors import RecordingError, SofthandError
+from softhand.events import phases_of
 from softhand.plots import FINGERS, scenario_of, settings_line
 from softhand.recording import Recording
 from softhand.version import __version__
@@ -108,6 +109,7 @@ def _text_of(recording: Recording) -> dict[str, Any]:
         "stop": stop,
         "facts": [("simulated time", f"{recording.stop_time:g} s"), *summary.rows()],
         "notes": summary.warnings(),
+        "phases": phases_of(recording),
         "end": float(recording.time[-1]),
         "scenario": recording.scenario,
         "version": recording.version,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
-from softhand.model.configuration import rotation_of
+from softhand.model.configuration import cross_matrix, rotation_of
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.face import Face
 from softhand.observation import contact_pairs
@@ -61,12 +61,14 @@ class Bounds(NamedTuple):
     grasp: Sphere
     """Around the object and the tips."""
     azimuth: float
-    """Of the camera about the world's z axis, from x towards y [rad]: where the fewest fingers are in the way."""
+    """Of the camera in the upright picture about z, from x to y [rad]: where the fewest fingers are in the way."""
+    upright: Array
+    """Turns the world so that gravity points down in the picture, shape (3, 3)."""
 
     def plain(self) -> dict[str, Any]:
         """As the pages take it."""
         whole, grasp = ({"center": sphere.centre.tolist(), "radius": sphere.radius} for sphere in self[:2])
-        return {**whole, "grasp": grasp, "azimuth": self.azimuth}
+        return {**whole, "grasp": grasp, "azimuth": self.azimuth, "upright": self.upright.ravel().tolist()}
 
 
 class Entry(NamedTuple):
@@ -88,6 +90,7 @@ class Cast:
         object_urdf: text of the object's URDF.
         tips: names of the tip frames.
         radii: of the undeformed tips [m].
+        gravity: in the world [m/s^2]; without any, z is up.
         hand_folder: where the hand's meshes are looked for.
         object_folder: likewise.
         table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
@@ -98,6 +101,7 @@ class Cast:
     object_urdf: str
     tips: tuple[str, ...]
     radii: tuple[float, ...]
+    gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
     hand_folder: Path | None = None
     object_folder: Path | None = None
     table: tuple[Plane, Array] | None = None
@@ -129,6 +133,7 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         unit = max(cast.radii)
+        self._upright = _upright(cast.gravity)
         skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
@@ -176,7 +181,8 @@ class Scene:
         return Bounds(
             _sphere([points for _, points in places]),
             _sphere([points for layer, points in places if layer in ("object", "tips")]),
-            _open_side(moments[0], self._skeleton.base),
+            _open_side(moments[0], self._skeleton.base, self._upright),
+            self._upright,
         )
 
     def _places(self, moment: Moment) -> Iterator[tuple[str, Array]]:
@@ -244,6 +250,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         world.object_text,
         tuple(tip.name for tip in world.tips),
         tuple(map(float, plant.pads["radius"][: world.n_tips])),
+        tuple(map(float, world.gravity)),
         world.hand_urdf.parent,
         world.object_urdf.parent,
         next(
@@ -265,6 +272,7 @@ def _cast_of(recording: Recording) -> Cast:
         recording.object_urdf,
         recording.labels["contact"],
         _radii_of(recording),
+        tuple(_of_scenario(recording, "gravity") or (0.0, 0.0, -9.81)),
         _folder_of(recording, "hand"),
         _folder_of(recording, "object"),
         _table_of(recording),
@@ -299,8 +307,16 @@ def _radii_of(recording: Recording) -> tuple[float, ...]:
 def _folder_of(recording: Recording, section: str) -> Path | None:
     """Where the URDF of a section of the recorded scenario lay, if that can be told."""
     try:
-        return resolve_path(tomllib.loads(recording.scenario)[section]["urdf"]).parent
-    except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ScenarioError):
+        return resolve_path(_of_scenario(recording, section)["urdf"]).parent
+    except (KeyError, TypeError, AttributeError, ScenarioError):
+        return None
+
+
+def _of_scenario(recording: Recording, key: str) -> Any:
+    """A value at the top of the recorded scenario; None if that cannot be told."""
+    try:
+        return tomllib.loads(recording.scenario).get(key)
+    except tomllib.TOMLDecodeError:
         return None
 
 
@@ -335,13 +351,27 @@ def _is_rigid_tip(skeleton: Skeleton, link: str, tip: str) -> bool:
     return skeleton.coincide(link, tip) or skeleton.seat(link, tip) is not None
 
 
-def _open_side(moment: Moment, base: Array) -> float:
+def _upright(gravity: Sequence[float]) -> Array:
+    """The shortest turn that brings gravity to -z, about x if it points along z; the identity without gravity."""
+    strength = float(np.linalg.norm(gravity))
+    if strength == 0.0:
+        return np.eye(3)
+    up = -np.asarray(gravity, dtype=float) / strength
+    if up[2] < -1.0 + 1e-9:
+        return np.diag([1.0, -1.0, -1.0])
+    w = cross_matrix(np.array([up[1], -up[0], 0.0]))  # up x z
+    turn: Array = np.eye(3) + w + w @ w / (1.0 + up[2])
+    return turn
+
+
+def _open_side(moment: Moment, base: Array, upright: Array) -> float:
     """Azimuth [rad] a little beside the middle of the widest gap between the fingers, seen from above.
 
     A palm that is beside the object, and not below it, is in the way as well.
     """
-    reach = moment.tip_position[:, :2] - moment.object_pose[:2, 3]
-    palm = base[:2] - moment.object_pose[:2, 3]
+    middle = moment.object_pose[:3, 3]
+    reach = ((moment.tip_position - middle) @ upright.T)[:, :2]
+    palm = ((base - middle) @ upright.T)[:2]
     if np.linalg.norm(palm) > np.linalg.norm(reach, axis=1).min():
         reach = np.vstack([reach, palm])
     azimuths = np.sort(np.arctan2(reach[:, 1], reach[:, 0]))

@@ -191,7 +191,10 @@ const clock = {
     for (const chart of this.charts) chart.setTime(this.time, !many);
     find(".scrub").value = this.time;
     find(".now").textContent = `${this.time.toFixed(3)} / ${data.end.toFixed(2)} s`;
-    document.querySelectorAll(".film .time").forEach((label) => (label.textContent = `${this.time.toFixed(2)} s`));
+    document.querySelectorAll(".film .time").forEach((label, k) => {
+      const phase = data.runs[k].phases.findLast(([, begin]) => begin <= this.time);
+      label.textContent = `${phase ? `${phase[0]}, ` : ""}${this.time.toFixed(2)} s`;
+    });
   },
 
   /** By hand: playing stops, and the address leads back to this time. */

@@ -102,6 +102,8 @@ class Orbit {
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.01 * bounds.radius, 60 * bounds.radius);
     this.camera.up.set(0, 0, 1);
     this.bounds = bounds;
+    const [a, b, c, d, e, f, g, h, i] = bounds.upright;
+    this.upright = new THREE.Matrix4().set(a, b, c, 0, d, e, f, 0, g, h, i, 0, 0, 0, 0, 1);
     this.changed = () => {};
     this.view("3-D");
   }
@@ -110,7 +112,7 @@ class Orbit {
     [this.azimuth, this.elevation] = Orbit.VIEWS[name];
     const close = name === "grasp", sphere = close ? this.bounds.grasp : this.bounds;
     if (close || name === "3-D") this.azimuth = this.bounds.azimuth;
-    this.target = new THREE.Vector3(...sphere.center);
+    this.target = new THREE.Vector3(...sphere.center).applyMatrix4(this.upright);
     this.distance = sphere.radius / this.bounds.radius;
     this.move();
   }
@@ -184,7 +186,10 @@ class Stage {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0xb9c2cc, 0.62), this.orbit.camera);
     this.layers = Object.fromEntries(film.layers.map((layer) => [layer.key, layer.shown]));
     this.bodies = film.items.map((item) => new Body(item, this.times.length));
-    this.scene.add(...this.bodies.map((body) => body.object));
+    const world = new THREE.Group(); // gravity points down in the picture, whatever it does in the base frame
+    world.applyMatrix4(this.orbit.upright);
+    world.add(...this.bodies.map((body) => body.object));
+    this.scene.add(world);
     this.setTime(this.times[0]);
   }
 

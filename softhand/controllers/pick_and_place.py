@@ -1,0 +1,151 @@
+"""Closing the fingers on an object, lifting it, putting it down and letting go."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.gains import diagonal
+from softhand.controllers.regulation import Regulation
+from softhand.controllers.tips import pushed, radii
+from softhand.errors import ControllerError
+from softhand.observation import Observation
+from softhand.settings import Gain, NonNegative, Positive
+
+Array = NDArray[np.float64]
+
+
+class PickAndPlace(Controller):
+    """Free tips on springs towards their contact points, the paper's law (59) while the object is held.
+
+    What is done when is said by the reference, best by `waypoints`. While the mean of f_Nd is below `touch_force`, each
+    tip is drawn to its place before the face, which is p = foot of the tip on its face when it was last let go, n the
+    outward normal there, w the desired opening:
+
+        tau = N_F - K_v q_F' + sum J_i^T {K_tip (p_i + (r + w) n_i - x_i) - D_tip x_i'}
+
+    Above it the torque is that of (59) with the desired share of the weight N_O, the rest of which is the table's. An
+    opening below 0 presses a little, so that (59) finds all tips in touch. The run ends with the name of the tip or the
+    figure at fault when a tip does not touch in time, lets go, when the object is lost, or would fall at the release.
+
+    Attributes:
+        touch_force: mean of f_Nd above which the object is held [N].
+        K_tip: stiffness of a free tip [N/m].
+        D_tip: damping of a free tip [N s/m].
+        patience: longest time that a tip may be without touch while the object is held [s].
+        lost: distance of the object from its desired position at which it is given up [m].
+        torsion_compensation: as in `regulation`.
+        K_O_position: as in `regulation` [N/m].
+        K_O_orientation: as in `regulation` [N m/rad].
+        K_v: joint damping [N m s/rad], one number or n.
+        K_N: as in `regulation`.
+    """
+
+    touch_force: Positive = 0.3
+    K_tip: Positive = 100.0
+    D_tip: NonNegative = 4.0
+    patience: NonNegative = 0.2
+    lost: Positive = 0.015
+    torsion_compensation: bool = True
+    K_O_position: Gain = 100.0
+    K_O_orientation: Gain = 0.3
+    K_v: Gain = 0.005
+    K_N: Gain = 1.5
+
+    def start(self, observation: Observation) -> Any:
+        """Law (59) on a view of the observation with a weight of its own; all tips free, at their feet."""
+        law = Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
+        weighed = copy(observation)
+        weighed.N_O = np.zeros(6)
+        K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
+        return _Memory(law, law.start(weighed), weighed, K_v, False, observation.time, *_feet(observation))
+
+    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
+        """The law of the class."""
+        seen, desired = observation, observation.desired
+        memory = self._judged(seen, memory)
+        if memory.holds:
+            memory.weighed.N_O[:] = desired.carried * seen.N_O
+            return memory.law.torque(memory.weighed, memory.regulation)[0], memory
+        places = memory.feet + (radii(seen)[:, None] + desired.opening) * memory.normals
+        J = seen.tip_jacobian
+        forces = self.K_tip * (places - seen.tip_position) - self.D_tip * (J @ seen.joint_velocity)
+        return seen.N_F - memory.K_v * seen.joint_velocity + pushed(J, forces), memory
+
+    def _judged(self, seen: Observation, memory: _Memory) -> _Memory:
+        """Take hold or let go if it is time, and see that all is as it has to be.
+
+        Raises:
+            ControllerError: it is not.
+        """
+        wanted = float(np.mean(seen.desired.internal_force)) >= self.touch_force
+        if not wanted:
+            if memory.holds:
+                _check_standing(seen)
+                feet, normals = _feet(seen)
+                memory = replace(memory, holds=False, feet=feet, normals=normals)
+            return replace(memory, touched=seen.time)
+        apart = seen.contact_force[:, 2] <= 0.0
+        if not apart.any():
+            memory = replace(memory, holds=True, touched=seen.time)
+        elif seen.time - memory.touched > self.patience:
+            i = int(np.argmax(apart))
+            gap = 1e3 * -float(seen.deformation[i, 0])
+            what = "lost the object" if memory.holds else "does not reach the object"
+            raise _given_up(
+                seen, f"{seen.tip_names[i]} {what}: it has been {gap:.3g} mm off for more than {self.patience:g} s"
+            )
+        away = float(np.linalg.norm(seen.object_position - seen.desired.coordinates[:3]))
+        if away > self.lost:
+            raise _given_up(seen, f"the object slipped out: it is {1e3 * away:.3g} mm from where it is asked to be")
+        return memory
+
+
+@dataclass(frozen=True)
+class _Memory:
+    law: Regulation
+    regulation: Any
+    weighed: Observation
+    """The observation with the share of N_O that the fingers shall carry."""
+    K_v: Array
+    holds: bool
+    touched: float
+    """When all tips touched for the last time, or did not have to [s]."""
+    feet: Array
+    """Nearest points of the faces to the tips when they were last let go, in the world [m], shape (nc, 3)."""
+    normals: Array
+    """Outward normals there, in the world, shape (nc, 3)."""
+
+
+def _feet(seen: Observation) -> tuple[Array, Array]:
+    """Foot of each tip on its face, and the outward normal there, in the world; shape (nc, 3) each."""
+    normals = np.array([tip.face.normal for tip in seen.fingertips]) @ seen.object_rotation.T
+    offsets = np.array([tip.face.offset for tip in seen.fingertips])
+    heights = np.einsum("ik,ik->i", seen.tip_position - seen.object_position, normals) - offsets
+    return seen.tip_position - heights[:, None] * normals, normals
+
+
+def _check_standing(seen: Observation) -> None:
+    """Something else than the fingers carries the object before they let go.
+
+    Raises:
+        ControllerError: the fingers still carry more than half of its weight.
+    """
+    weight = seen.object_mass * seen.gravity
+    force = np.einsum("iab,ib->a", seen.contact_rotation, seen.contact_force[:, :3])
+    if -float(force @ weight) > 0.5 * float(weight @ weight):
+        raise _given_up(
+            seen, "the object does not stand: at the release the fingers still carry more than half of its weight"
+        )
+
+
+def _given_up(seen: Observation, what: str) -> ControllerError:
+    return ControllerError(
+        f"controller 'PickAndPlace' gave up at t = {seen.time:g} s: {what}.",
+        controller="PickAndPlace", reason="given up", time=seen.time,
+    )  # fmt: skip
