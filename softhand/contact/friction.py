@@ -67,7 +67,8 @@ def limit_surface_use(force, mu, length):
 def note_slip(pads, contacts, z):
     """Make the slip of the last evaluation final: z is what stays, travel, twist and loss grow.
 
-    The loss is the slip times the mean of the forces before and after the step, so that it is of second order.
+    The loss is the slip times the mean of the forces of the law before and after the step, so that it is of second
+    order. What a tip had stored when it lets go is lost with it, though it did not slip.
 
     Args:
         pads: table `records.PAD`, shape (nc,).
@@ -90,8 +91,8 @@ def note_slip(pads, contacts, z):
             along_x = slip[0] / contact.theta_per_x
             contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
             contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
-            for k in range(3):
-                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
-            slip[:] = 0.0
         for k in range(3):
+            if moved:
+                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
+            slip[k] = 0.0
             before[k] = force[1 + k]

@@ -97,10 +97,11 @@ def _answer(pad, contact):
 @compiled
 def _let_go(contact):
     """A tip with a limit that does not touch: nothing is stored, no force, no stiffness."""
-    contact.deformation[1:] = 0.0
+    for k in range(3):
+        contact.slip[k] = contact.deformation[1 + k]
+        contact.deformation[1 + k] = 0.0
     contact.deformation_force[:] = 0.0
     contact.force[:] = 0.0
-    contact.slip[:] = 0.0
     contact.limit_surface_use = 0.0
     contact.stiffness[:] = 0.0
     contact.damping[:] = 0.0
