@@ -15,6 +15,9 @@ GUESSES = 6
 CLOSE = 1e-13
 """How near to 1 the use of the limit surface must then be."""
 
+MOST_NEWTON = 8
+"""Steps of the search for the displacement without shear force."""
+
 _SHALLOW = 0.005  # dr / r below which the closed form of `spin_length` would lose digits
 
 
