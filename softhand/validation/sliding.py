@@ -9,10 +9,20 @@ import numpy as np
 
 from softhand.laws.hertz import Hertz
 from softhand.laws.radial import Radial
+from softhand.steppers.adaptive import Adaptive
 from softhand.steppers.midpoint import Midpoint
+from softhand.steppers.rk4 import RungeKutta4
+from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
 from softhand.validation.rigs import IMMOVABLE, MASS, MU, RADIUS, Body, G, Rig, block, depth_of, zero_crossing
 
+STEPPERS: dict[str, type[Stepper]] = {
+    "midpoint": Midpoint,
+    "rk4": RungeKutta4,
+    "adaptive": Adaptive,
+    "semi-implicit-euler": SemiImplicitEuler,
+}
 LAW = Radial(radius=RADIUS)
 DEPTH = depth_of(LAW, MASS * G)
 
@@ -39,6 +49,17 @@ def _slides(theta: float) -> bool:
 def stopping_distance() -> Iterable[Check]:
     """A block that slides at v0 stops after v0^2 / (2 mu g), and v0 / (mu g)."""
     speed = 0.5
+    exact = speed**2 / (2.0 * MU * G)
+    rig, stop, distance = stopped_block(Midpoint(step=1e-3), speed)
+    yield Check("stopping distance", 1e3 * distance, 1e3 * exact, 1e-3, "mm")
+    yield Check("stopping time", stop, speed / (MU * G), 1e-3, "s")
+    yield Check("slip travel until rest", 1e3 * float(rig.contact["slip_travel"]), 1e3 * exact, 1e-3, "mm")
+    loss = 0.5 * MASS * speed**2
+    yield Check("friction work until rest", 1e3 * float(rig.contact["slip_loss"]), 1e3 * loss, 1e-3, "mJ")
+
+
+def stopped_block(stepper: Stepper, speed: float = 0.5) -> tuple[Rig, float, float]:
+    """A block that slid until it stopped, when that was [s], and how far it went [m]."""
     rig = _sliding_block(speed)
     times, positions, speeds = [0.0], [0.0], [speed]
 
@@ -48,14 +69,28 @@ def stopping_distance() -> Iterable[Check]:
         speeds.append(float(rig.velocity[0]))
         return speeds[-1] <= 0.0
 
-    rig.run(Midpoint(step=1e-3), 1.0, watch)
+    rig.run(stepper, 1.0, watch)
     stop = zero_crossing(times, speeds)
-    exact = speed**2 / (2.0 * MU * G)
-    yield Check("stopping distance", 1e3 * float(np.interp(stop, times, positions)), 1e3 * exact, 1e-3, "mm")
-    yield Check("stopping time", stop, speed / (MU * G), 1e-3, "s")
-    yield Check("slip travel until rest", 1e3 * float(rig.contact["slip_travel"]), 1e3 * exact, 1e-3, "mm")
-    loss = 0.5 * MASS * speed**2
-    yield Check("friction work until rest", 1e3 * float(rig.contact["slip_loss"]), 1e3 * loss, 1e-3, "mJ")
+    return rig, stop, float(np.interp(stop, times, positions))
+
+
+def onset() -> Iterable[Check]:
+    """Dragged evenly so that the limit falls into the middle of a step: slip is there at its end, with every stepper."""
+    depth, limit, duration = 1e-3, 0.1005, 0.12
+    normal = LAW.K * depth**2
+    for name, stepper in STEPPERS.items():
+        rig = block(depth, LAW, body=Body(mass=IMMOVABLE), gravity=np.zeros(3))
+        rig.velocity[0] = MU * normal / LAW.k_tangential / limit
+        slips: list[float] = []
+
+        def watch(time: float, rig: Rig = rig, slips: list[float] = slips) -> None:
+            if rig.contact["slip_travel"] > 0.0:
+                slips.append(time)
+
+        rig.run(stepper(step=1e-3), duration, watch)
+        way = float(rig.velocity[0]) * (duration - limit)
+        yield Check(f"slip begins, {name}", 1e3 * slips[0], 1e3 * limit, 0.5 + 1e-9, "ms", True)
+        yield Check(f"slip travel from there, {name}", 1e3 * float(rig.contact["slip_travel"]), 1e3 * way, 1e-9, "mm")
 
 
 def spin_down() -> Iterable[Check]:
@@ -183,6 +218,7 @@ def _sliding_block(speed: float) -> Rig:
 EXPERIMENTS = (
     incline,
     stopping_distance,
+    onset,
     spin_down,
     torsion_limit,
     coupled_onset,
