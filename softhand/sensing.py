@@ -153,7 +153,8 @@ def _object_rows(contact, object_pose, T_O, force_rows, moment_row):
 def internal_forces(contacts, pairs, K, internal_force):
     """K of (58) and f_N = K^+ f_C.
 
-    Column k of K holds, for the pair (i, j), the unit vector from contact i to j in C_Fi and from j to i in C_Fj.
+    Column k of K holds, for the pair (i, j), the unit vector from contact i to j in C_Fi and from j to i in C_Fj; zero
+    for contacts at one point.
 
     Args:
         contacts: table `records.CONTACT`, shape (nc,).
@@ -165,7 +166,8 @@ def internal_forces(contacts, pairs, K, internal_force):
         i, j = pairs[k, 0], pairs[k, 1]
         a, b = contacts[i], contacts[j]
         x, y, z = b.point[0] - a.point[0], b.point[1] - a.point[1], b.point[2] - a.point[2]
-        scale = 1.0 / math.sqrt(x * x + y * y + z * z)
+        apart = math.sqrt(x * x + y * y + z * z)
+        scale = 1.0 / apart if apart > 0.0 else 0.0  # tips in the air may have one vertex as their nearest point
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)
