@@ -51,6 +51,9 @@ class Sensor:
         )  # fmt: skip
 
 
+_APART = 1e-9  # [m] below which two contacts are one point: tips in the air may all be nearest to one vertex
+
+
 @compiled
 def _observe(
     pads, columns, joints, pairs, poses, J, bodies, acceleration, moments, gravity, at, q, v, z, contacts,
@@ -167,7 +170,7 @@ def internal_forces(contacts, pairs, K, internal_force):
         a, b = contacts[i], contacts[j]
         x, y, z = b.point[0] - a.point[0], b.point[1] - a.point[1], b.point[2] - a.point[2]
         apart = math.sqrt(x * x + y * y + z * z)
-        scale = 1.0 / apart if apart > 0.0 else 0.0  # tips in the air may have one vertex as their nearest point
+        scale = 1.0 / apart if apart > _APART else 0.0
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)
