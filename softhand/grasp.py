@@ -107,7 +107,9 @@ def solve_grasp(
     forces = _contact_forces(world, points, position, rotation, internal_force)
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
-        _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
+        _check_friction(
+            tip.name, fingertip.friction_at_start(world.box.rotation), -float(normal @ force), force, normal
+        )
     angles = _initial_joints(world, joint_guess)
     arm = Arm(world)
     nc = world.n_tips
@@ -122,7 +124,7 @@ def solve_grasp(
     _check_torques(arm, forces, points)
     q = arm.q.copy()
     q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
-    friction = np.array([fingertip.friction for fingertip in fingertips])
+    friction = np.array([fingertip.friction_at_start(world.box.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
     memory = np.zeros((nc, memory_size(fingertips)))
     memory[:, :3] = deformation[:, 1:]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.compiled import compiled
-from softhand.contact.friction import note_slip
+from softhand.contact.friction import face_of, note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.records import CONTACT, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD
 from softhand.dampings.damping import Damping
@@ -38,6 +38,13 @@ class Fingertip:
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
     """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
+    face_friction: tuple[float, ...] = ()
+    """mu on the faces +x, -x, +y, -y, +z, -z of a box in place of `friction`; 0 where that holds; empty: nowhere."""
+
+    def friction_at_start(self, axes: Array) -> float:
+        """mu on the face that the tip touches at the start; `axes` are those of the box, shape (3, 3)."""
+        own = self.face_friction[face_of(axes, self.face.normal)] if self.face_friction else 0.0
+        return own or self.friction
 
     @property
     def holds_longer(self) -> bool:
@@ -129,6 +136,8 @@ class Plant:
             pad["box_rotation"], pad["box_centre"], pad["box_half"] = box.rotation, box.centre, box.half
             pad["can_slip"] = fingertip.can_slip
             pad["static_friction"] = fingertip.static_friction or fingertip.friction
+            pad["has_faces"] = any(fingertip.face_friction)
+            pad["face_friction"] = fingertip.face_friction or 0.0
             pad["slip_column"] = self.n_memory - 1 if fingertip.holds_longer else -1
             pad["torsion_length"] = fingertip.torsion_length or 0.0
             pad["torsion_share"] = fingertip.law.torsion_share or 0.0

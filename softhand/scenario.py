@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,9 +13,12 @@ from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.scenario_file import find_scenario, overridden, read_toml, with_absolute_paths
-from softhand.settings import Positive, Settings, Vector, Vector3, frozen, read_settings, show
+from softhand.settings import Positive, Settings, Vector, Vector3, frozen, nearest, read_settings, show
 
 _MOST_STEPS = 1e9
+
+FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""Faces of a box by the outward normal, along the axes of the box."""
 
 
 class OpenSettings(Settings):
@@ -62,12 +65,24 @@ class ObjectSection(Settings):
         mass: replaces the mass of the URDF and scales its inertia alike [kg].
         position: origin of the object frame at the start, in the base frame [m].
         rpy: roll, pitch, yaw at the start [rad].
+        face_friction: coefficient on faces of the box, by name in `FACES`, in place of that of the tip [1].
     """
 
     urdf: str
     mass: Positive | None = None
     position: Vector3
     rpy: Vector3
+    face_friction: dict[str, Positive] | None = None
+
+    @field_validator("face_friction", mode="before")
+    @classmethod
+    def _faces_are_known(cls, table: Any) -> Any:
+        for name, value in table.items() if isinstance(table, Mapping) else ():
+            if name not in FACES:
+                raise ValueError(f"{show(name)} is no face. {_choices(name, FACES)}")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
+                raise ValueError(f"{show(name)} must be a number > 0.")
+        return table
 
 
 class DampingSection(OpenSettings):
@@ -80,6 +95,24 @@ class DampingSection(OpenSettings):
     name: str
 
 
+class TipSection(OpenSettings):
+    """What is different at one fingertip, and parameters of its law.
+
+    Attributes:
+        law: name of the law; another one than that of all tips begins from its own defaults.
+        friction: as in `fingertip` [1].
+        static_friction: as in `fingertip` [1].
+        torsion_length: as in `fingertip` [m].
+        damping: as in `fingertip`; the whole table.
+    """
+
+    law: str | None = None
+    friction: Positive | None = None
+    static_friction: Positive | None = None
+    torsion_length: Positive | None = None
+    damping: DampingSection | None = None
+
+
 class FingertipSection(OpenSettings):
     """The fingertip law by name, and its own parameters.
 
@@ -90,6 +123,7 @@ class FingertipSection(OpenSettings):
         static_friction: coefficient at which slip begins [1]; that of `friction` if not given.
         torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
         damping: of the tips, if any.
+        tips: tables by the name of a fingertip, whose keys hold there in place of these.
     """
 
     law: str
@@ -98,10 +132,30 @@ class FingertipSection(OpenSettings):
     static_friction: Positive | None = None
     torsion_length: Positive | None = None
     damping: DampingSection | None = None
+    tips: dict[str, TipSection] | None = None
+
+    @field_validator("tips", mode="before")
+    @classmethod
+    def _each_tip_is_a_table(cls, tips: Any) -> Any:
+        if not isinstance(tips, Mapping):
+            return tips
+        return {name: read_settings(TipSection, table, f"fingertip.tips.{name}") for name, table in tips.items()}
 
     def own(self) -> dict[str, Any]:
         """All keys but those of the law."""
-        return self.model_dump(include=set(type(self).model_fields))
+        return self.model_dump(include=set(type(self).model_fields), exclude_none=True)
+
+    def at(self, tip: str) -> FingertipSection:
+        """What holds at one fingertip, without `tips`.
+
+        Raises:
+            ScenarioError: the keys of the tip and those of all tips do not agree.
+        """
+        table = self.model_dump(exclude={"tips"}, exclude_none=True)
+        own = self.tips[tip].model_dump(exclude_none=True) if self.tips and tip in self.tips else {}
+        if own.get("law", self.law) != self.law:
+            table = {key: value for key, value in table.items() if key in type(self).model_fields or key == "radius"}
+        return read_settings(FingertipSection, {**table, **own}, f"fingertip.tips.{tip}" if own else "fingertip")
 
     @model_validator(mode="after")
     def _friction_falls_with_slip(self) -> FingertipSection:
@@ -179,7 +233,7 @@ class Scenario(Settings):
         gravity: in the base frame [m/s^2].
         hand: the hand and its fingertips.
         object: the object and its pose at the start.
-        fingertip: law, friction and damping of all tips.
+        fingertip: law, friction and damping of the tips.
         grasp: contacts and internal force at the start.
         controller: what sets the joint torques.
         reference: what the controller is asked for.
@@ -206,6 +260,11 @@ class Scenario(Settings):
         why = f"{tips} fingertips with {pairs} pair{'s' if pairs > 1 else ''}"
         _check_count("grasp.internal_force", self.grasp.internal_force, pairs, why)
         _check_count("reference.internal_force", self.reference.internal_force, pairs, why)
+        for tip in self.fingertip.tips or ():
+            if tip not in self.hand.tips:
+                message = f"fingertip.tips: {show(tip)} is no fingertip. {_choices(tip, self.hand.tips)}"
+                raise ScenarioError(message, key=f"fingertip.tips.{tip}", value=tip)
+            self.fingertip.at(tip)
         period, step = self.control_period, self.stepper.step
         rule = f"go a whole number of times into the control period of {period:.12g} s"
         _check_whole("stepper.step", step, period / step, rule, lambda count: period / count)
@@ -252,11 +311,30 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
 
 
-def with_law(scenario: Scenario, name: str) -> Scenario:
-    """The scenario with another fingertip law and its default parameters; radius, friction and damping stay."""
+def with_law(scenario: Scenario, name: str, parameters: Mapping[str, Any] | None = None) -> Scenario:
+    """The scenario with another law at all fingertips; radius, friction and damping stay.
+
+    Args:
+        scenario: to be changed.
+        name: of the law.
+        parameters: of the law; the others have its defaults.
+    """
     section = scenario.fingertip
-    table = {**section.own(), "law": name, "radius": section.parameters.get("radius")}
+    tips = {
+        tip: {key: value for key, value in own.model_dump(exclude_none=True).items() if key in _STAYS}
+        for tip, own in (section.tips or {}).items()
+    }
+    table = {**section.own(), "radius": section.parameters.get("radius"), **(parameters or {}), "law": name}
+    table["tips"] = tips or None
     return scenario.with_values({"fingertip": {key: value for key, value in table.items() if value is not None}})
+
+
+_STAYS = (set(TipSection.model_fields) - {"law"}) | {"radius"}
+
+
+def _choices(word: str, words: Iterable[str]) -> str:
+    near = nearest(word, words)
+    return f"{f'Did you mean {show(near)}? ' if near else ''}There are: {', '.join(words)}."
 
 
 def _check_count(key: str, values: tuple[Any, ...], count: int, why: str) -> None:

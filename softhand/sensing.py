@@ -127,12 +127,12 @@ def _describe_contacts(
             J_CF_tau[i, column] = jacobian[i, a, 3]
         _object_rows(contact, object_pose, T_O, J_O_f[3 * i : 3 * i + 3], J_O_tau[i])
         f = contact.force
-        limit = pads[i].friction * max(f[2], 0.0)
+        limit = contact.friction * max(f[2], 0.0)
         tangential = math.hypot(f[0], f[1])
         friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
         if not pads[i].can_slip:
             length = spin_length(pads[i], contact.distance)
-            contact.limit_surface_use = limit_surface_use(f, pads[i].friction, length)
+            contact.limit_surface_use = limit_surface_use(f, contact.friction, length)
         contact_coordinates(pads[i], contact, columns[i], object_pose, J, v, eta[i], eta_rate[i])
 
 

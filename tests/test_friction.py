@@ -102,7 +102,7 @@ def test_force_returns_to_the_limit_surface(law: object) -> None:
 
 @pytest.mark.parametrize("lean", [0.2, 0.5, 0.785])
 def test_a_law_that_leans_returns_towards_its_force_free_point(lean: float) -> None:
-    """Without shear the springs of a tip that leans already pull beyond mu 0.15; the force still comes back along itself.
+    """Without shear a tip that leans already pulls beyond mu 0.15; the force still comes back along itself.
 
     F_t = pi E d (d tan t + 2 s) vanishes at s = -d tan t / 2, so that cutting s back to any share of its distance from
     there keeps the direction of F_t.

@@ -52,7 +52,7 @@ def test_the_residual_falls_with_the_square_of_the_step(values: dict[str, Any]) 
 
 
 def test_what_a_tip_stores_when_it_lets_go_is_lost() -> None:
-    """A relaxing tip lets go with shear in it; without that loss the ledger leaves a twentieth of the work at any step."""
+    """A relaxing tip lets go with shear in it; without that loss the ledger leaves a twentieth of the work."""
     step = 2.5e-4
     values = {**COULOMB, **RELAXING, "stepper.step": step, "control_period": step, "duration": 0.02,
               "fingertip.friction": 0.9, "object.mass": 0.07, "grasp.internal_force": (5.0, 5.0, 5.0),

@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from softhand.assembly import build, read_grasp, read_law
+from softhand.assembly import build, read_grasp, read_laws
+from softhand.dampings.damping import Damping
 from softhand.errors import GraspError
 from softhand.model.validation.examination import examine
 from softhand.model.world import World
 from softhand.observation import Observation
 from softhand.plant import Plant, State
 from softhand.plugins import find_plugin
-from softhand.scenario import DampingSection, Scenario
+from softhand.scenario import FACES, DampingSection, FingertipSection, Scenario
 from softhand.settings import Settings, field_notes, show, unit_of
 from softhand.simulation import Simulation
 
@@ -68,7 +69,12 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_target(scenario, world),
     ]
-    start = [*_tip_rows(seen, world), *_joint_rows(simulation, world), *_step_rows(scenario, stepper, frequency)]
+    start = [
+        *_material_rows(simulation),
+        *_tip_rows(seen, world),
+        *_joint_rows(simulation, world),
+        *_step_rows(scenario, stepper, frequency),
+    ]
     return Checkup(_values(simulation.scenario), start, warnings, frequency)
 
 
@@ -157,12 +163,31 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
             "grasp.internal_force": asked.internal_force,
         }
     )
-    law = read_law(scenario)
     try:
-        read_grasp(target, world, law)
+        read_grasp(target, world)
     except GraspError as error:
-        if error.quantity == "reach" and error.value > law.radius:  # type: ignore[attr-defined]
+        radius = max(law.radius for law in read_laws(scenario))
+        if error.quantity == "reach" and error.value > radius:  # type: ignore[attr-defined]
             yield f"reference: at the target, {error}"
+
+
+def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Law, coefficients of friction and damping of each tip, as they hold at the start."""
+    plant = simulation.plant
+    for tip, fingertip, contact in zip(plant.world.tips, plant.fingertips, plant.contacts, strict=True):
+        mu, static = contact["friction"], contact["static_friction"]
+        held = f", {static:.3g} until it slips" if static > mu else ""
+        faces = ", ".join(
+            f"{value:g} on {name}" for name, value in zip(FACES, fingertip.face_friction, strict=False) if value
+        )
+        parts = [
+            f"law {type(fingertip.law).__name__}, r {1e3 * fingertip.law.radius:g} mm",
+            f"mu {mu:.3g}{held}" + (f" ({faces})" if faces else ""),
+            f"damping {type(fingertip.damping).__name__}" if type(fingertip.damping) is not Damping else "no damping",
+        ]
+        if fingertip.torsion_length is not None:
+            parts.insert(2, f"torsion over {1e3 * fingertip.torsion_length:g} mm")
+        yield f"{tip.name}, material", ", ".join(parts)
 
 
 def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
@@ -214,6 +239,13 @@ def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     if "damping" in fingertip:
         notes["fingertip.damping"] = field_notes(DampingSection)
         chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
+    for tip, own in fingertip.get("tips", {}).items():
+        path = f"fingertip.tips.{tip}"
+        notes[path] = field_notes(FingertipSection)
+        chosen.append((path, "laws", own.get("law", fingertip["law"])))
+        if "damping" in own:
+            notes[f"{path}.damping"] = field_notes(DampingSection)
+            chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
     for section, kind, name in chosen:
         notes[section] |= field_notes(find_plugin(kind, name, section))
     return notes

@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.analysis.probe import recorded_scenario, recorded_state
-from softhand.assembly import read_fingertips, read_law, read_world
+from softhand.assembly import read_fingertips, read_world
 from softhand.laws.law import Law
 from softhand.plant import Fingertip, Plant, State
 from softhand.recording import Recording
@@ -167,7 +167,7 @@ def tip_energy(tip: Fingertip, contact: np.void) -> float:
 def _recorded_plant(recording: Recording) -> Plant:
     scenario = recorded_scenario(recording)
     world = read_world(scenario)
-    return Plant(world, read_fingertips(scenario, world, read_law(scenario)))
+    return Plant(world, read_fingertips(scenario, world))
 
 
 def _summed(parts: Array) -> Array:
@@ -183,7 +183,7 @@ def _put(recording: Recording, plant: Plant, sample: int) -> State:
 
 
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float, float]:
-    """Kinetic, gravitational and elastic energy at one sample, and what of the last would relax [J]."""
+    """Kinetic, gravitational and elastic energy at one sample, and what more relaxing tips store [J]."""
     state = _put(recording, plant, sample)
     model = plant.world.model
     data = model.createData()

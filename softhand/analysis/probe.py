@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.assembly import read_fingertips, read_law, read_reference, read_world
+from softhand.assembly import read_fingertips, read_reference, read_world
 from softhand.errors import LawError, RecordingError, ScenarioError
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
@@ -46,8 +46,8 @@ class Probe:
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
-        """The plant of a scenario, with another law if one is given."""
-        world, law = read_world(scenario), law or read_law(scenario)
+        """The plant of a scenario, with another law at all tips if one is given."""
+        world = read_world(scenario)
         return cls(Plant(world, read_fingertips(scenario, world, law)), read_reference(scenario))
 
     def at(self, state: State, time: float) -> Observation:

@@ -53,6 +53,32 @@ def spin_length(pad, distance):
 
 
 @compiled
+def face_of(axes, normal):
+    """Which of the faces +x, -x, +y, -y, +z, -z of a box a normal is nearest to.
+
+    Args:
+        axes: of the box, in its columns, shape (3, 3).
+        normal: outward, in the same frame as the axes, shape (3,).
+    """
+    face, largest = 0, 0.0
+    for axis in range(3):
+        along = axes[0, axis] * normal[0] + axes[1, axis] * normal[1] + axes[2, axis] * normal[2]
+        if abs(along) > largest:
+            face, largest = 2 * axis + (1 if along < 0.0 else 0), abs(along)
+    return face
+
+
+@compiled
+def set_friction(pad, contact):
+    """Coefficients of a contact: those of the tip, or on a face with its own mu that mu and the tip's ratio of both."""
+    contact.friction, contact.static_friction = pad.friction, pad.static_friction
+    if pad.has_faces:
+        own = pad.face_friction[face_of(pad.box_rotation, contact.normal)]
+        if own > 0.0:
+            contact.friction, contact.static_friction = own, own * (pad.static_friction / pad.friction)
+
+
+@compiled
 def limit_surface_use(force, mu, length):
     """sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, tau_max = mu f_z length; 1 on the limit surface, 0 without load.
 

@@ -11,7 +11,15 @@ from numba.extending import intrinsic
 
 from softhand.compiled import compiled
 from softhand.contact.damping import damp
-from softhand.contact.friction import CLOSE, GUESSES, MOST_NEWTON, MOST_ROUNDS, limit_surface_use, spin_length
+from softhand.contact.friction import (
+    CLOSE,
+    GUESSES,
+    MOST_NEWTON,
+    MOST_ROUNDS,
+    limit_surface_use,
+    set_friction,
+    spin_length,
+)
 from softhand.contact.geometry import place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
@@ -57,6 +65,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
     for i in range(pads.shape[0]):
         pad, contact = pads[i], contacts[i]
         place_contact(pad, poses[pad.joint], object_pose, contact)
+        set_friction(pad, contact)
         contact_jacobian(contact, columns[i], object_column, J, jacobian[i])
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
@@ -117,12 +126,12 @@ def _cut_back(pad, contact, memory):
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
-    mu = pad.friction if _has_slid(pad, memory) else pad.static_friction
+    mu = contact.friction if _has_slid(pad, memory) else contact.static_friction
     contact.limit_surface_use = limit_surface_use(contact.force, mu, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
         return False
     a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
-    use = limit_surface_use(contact.force, pad.friction, length)
+    use = limit_surface_use(contact.force, contact.friction, length)
     a0, b0, c0 = _force_free(pad, contact, length)
     a, b, c = a - a0, b - b0, c - c0
     kept, low, high, below, above, last = 1.0, 0.0, 1.0, math.nan, use - 1.0, 0
@@ -156,7 +165,7 @@ def _cut_back(pad, contact, memory):
 
 @compiled
 def _force_free(pad, contact, length):
-    """The displacement at which the law has neither shear force nor torsion: zero, but for a few laws of a tip that leans.
+    """The displacement at which the law has neither shear force nor torsion: zero, but for some laws of leaning tips.
 
     By Newton's method from zero, torsion by itself. Zero where that does not come within the limit.
     """
@@ -184,7 +193,7 @@ def _use_at(pad, contact, first, second, third, length):
     """Use of the limit surface with so much stored; the contact is then there."""
     contact.deformation[1], contact.deformation[2], contact.deformation[3] = first, second, third
     _answer(pad, contact)
-    return limit_surface_use(contact.force, pad.friction, length)
+    return limit_surface_use(contact.force, contact.friction, length)
 
 
 @compiled
@@ -197,7 +206,7 @@ def _has_slid(pad, memory):
 def _limit_damped(pad, contact, slides):
     """The limit holds for the whole force: viscosity fills what shear and torsion of the material leave, no more."""
     force, damping, velocity = contact.force, contact.damping, contact.velocity
-    length, mu = spin_length(pad, contact.distance), pad.friction if slides else pad.static_friction
+    length, mu = spin_length(pad, contact.distance), contact.friction if slides else contact.static_friction
     use = limit_surface_use(force, mu, length)
     contact.limit_surface_use = min(use, 1.0)
     if use <= 1.0:

@@ -23,6 +23,8 @@ PAD = np.dtype(
         ("friction", np.float64),  # coefficient mu, kinetic
         ("static_friction", np.float64),  # coefficient until slip begins
         ("can_slip", np.int64),  # whether friction has a limit
+        ("has_faces", np.int64),  # whether faces of the box have a friction of their own
+        ("face_friction", np.float64, 6),  # mu on +x, -x, +y, ... of the box; 0: that of the tip
         ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
         ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
         ("torsion_share", np.float64),  # the same over sqrt(r dr), or 0 for the pressure of columns
@@ -55,6 +57,8 @@ CONTACT = np.dtype(
         ("tip", np.float64, 3),  # origin of F in the world [m]
         ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
         ("feature", np.int64),  # where on the object: 1 a face, 2 an edge, 3 a vertex
+        ("friction", np.float64),  # coefficient mu there, kinetic
+        ("static_friction", np.float64),  # until slip begins
         ("distance", np.float64),  # R = r - dr: from the origin of F to the face [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),

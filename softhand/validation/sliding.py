@@ -75,7 +75,7 @@ def stopped_block(stepper: Stepper, speed: float = 0.5) -> tuple[Rig, float, flo
 
 
 def onset() -> Iterable[Check]:
-    """Dragged evenly so that the limit falls into the middle of a step: slip is there at its end, with every stepper."""
+    """Dragged evenly, to the limit in the middle of a step: with every stepper slip is there at its end."""
     depth, limit, duration = 1e-3, 0.1005, 0.12
     normal = LAW.K * depth**2
     for name, stepper in STEPPERS.items():
