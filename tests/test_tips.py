@@ -139,7 +139,7 @@ def test_only_a_box_has_faces_with_friction() -> None:
     class Sphere:
         pass
 
-    with pytest.raises(ScenarioError, match="only a box has faces .* sphere"):
+    with pytest.raises(ScenarioError, match=r"only a box has faces .* sphere"):
         read_face_friction(load_scenario("target-a", {"object.face_friction": {"+x": 0.7}}), Sphere())
     assert read_face_friction(load_scenario("target-a"), Sphere()) == ()
 

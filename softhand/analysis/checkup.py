@@ -70,8 +70,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_target(scenario, world),
     ]
     start = [
-        *_material_rows(simulation),
         *_tip_rows(seen, world),
+        *_material_rows(simulation),
         *_joint_rows(simulation, world),
         *_step_rows(scenario, stepper, frequency),
     ]

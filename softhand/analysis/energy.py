@@ -98,7 +98,7 @@ def energy_ledger(
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
     controller is in this work already. The power of material damping is (f - f_law) . velocity at the contact, taken at
-    each sample and summed by the trapezoidal rule; what f_law stores beyond `tip_energy`, where a tip relaxes, is in the
+    each sample and summed by the trapezoidal rule; what f_law stores beyond `tip_energy`, where tips relax, is in the
     same account. Slip is `slip_loss` of the recording.
 
     Args:
@@ -183,7 +183,7 @@ def _put(recording: Recording, plant: Plant, sample: int) -> State:
 
 
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float, float]:
-    """Kinetic, gravitational and elastic energy at one sample, and what more relaxing tips store [J]."""
+    """Kinetic, gravitational and elastic energy at one sample, and what else relaxing tips hold [J]."""
     state = _put(recording, plant, sample)
     model = plant.world.model
     data = model.createData()
