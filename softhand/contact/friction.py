@@ -82,7 +82,7 @@ def set_friction(pad, contact):
 def limit_surface_use(force, mu, length):
     """sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, tau_max = mu f_z length; 1 on the limit surface, 0 without load.
 
-    The ellipse is the usual approximation of the coupled limit; the exact curve lies up to 5 % inside.
+    The ellipse is the usual approximation of the coupled limit; the exact curve lies up to 6 % inside.
     """
     tangential = math.hypot(force[0], force[1])
     torsion = abs(force[3]) / length if length > 0.0 else (math.inf if force[3] != 0.0 else 0.0)

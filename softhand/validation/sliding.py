@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.laws.hertz import Hertz
 from softhand.laws.radial import Radial
@@ -16,6 +17,8 @@ from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
 from softhand.validation.rigs import IMMOVABLE, MASS, MU, RADIUS, Body, G, Rig, block, depth_of, zero_crossing
+
+Array = NDArray[np.float64]
 
 STEPPERS: dict[str, type[Stepper]] = {
     "midpoint": Midpoint,
@@ -163,6 +166,40 @@ def coupled_onset() -> Iterable[Check]:
         )
 
 
+def limit_curve(depth: float, count: int = 60) -> Array:
+    """Exact limit (f_t / (mu N), tau / tau_max) of the pressure of columns, from pure spin to slip, shape (count, 2).
+
+    A contact that slips as a whole turns about a point at (d, 0) of its disc; each column drags against its own way:
+
+        f_t = mu int (x - d) / s dN,   tau = mu int (x (x - d) + y^2) / s dN,   s = |(x - d, y)|
+
+    with dN = k_r (cos b - c) r^2 sin b db dg at rho = R tan b, as in `torsion_limit`.
+    """
+    c = 1.0 - depth / RADIUS
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    edge = math.acos(c)
+    b, g = 0.5 * edge * (nodes[:, None] + 1.0), 2.0 * math.pi * (np.arange(800) + 0.5) / 800
+    dN = (np.cos(b) - c) * np.sin(b) * weights[:, None] * np.ones_like(g)
+    dN /= np.sum(dN)
+    x, y = c * RADIUS * np.tan(b) * np.cos(g), c * RADIUS * np.tan(b) * np.sin(g)
+    a = RADIUS * math.sqrt(1.0 - c * c)
+    curve = []
+    for share in np.linspace(0.0, 1.0, count):
+        d = a * math.tan(0.5 * math.pi * share) if share < 1.0 else 1e6 * a
+        s = np.hypot(x - d, y)
+        curve.append((np.sum((d - x) / s * dN), np.sum((x * (x - d) + y * y) / s * dN)))
+    curve_of = np.array(curve)
+    return curve_of / (1.0, float(np.sum(np.hypot(x, y) * dN)))
+
+
+def exact_curve() -> Iterable[Check]:
+    """The ellipse against the exact limit: how far it lies outside or inside, over the whole curve."""
+    for depth in (1e-3, 3e-3):
+        off = np.hypot(*limit_curve(depth).T) - 1.0
+        worst = float(off[np.argmax(np.abs(off))])
+        yield Check(f"exact limit off the ellipse, dr = {1e3 * depth:g} mm", worst, 0.0, 0.06)
+
+
 def static_and_kinetic() -> Iterable[Check]:
     """Dragged slowly: the force rises to mu_s f_z and falls to mu f_z as slip begins."""
     static, kinetic, depth = 0.7, 0.5, 1e-3
@@ -222,6 +259,7 @@ EXPERIMENTS = (
     spin_down,
     torsion_limit,
     coupled_onset,
+    exact_curve,
     static_and_kinetic,
     hysteresis,
 )
