@@ -188,7 +188,7 @@ def limit_curve(depth: float, count: int = 60) -> Array:
         d = a * math.tan(0.5 * math.pi * share) if share < 1.0 else 1e6 * a
         s = np.hypot(x - d, y)
         curve.append((np.sum((d - x) / s * dN), np.sum((x * (x - d) + y * y) / s * dN)))
-    curve_of = np.array(curve)
+    curve_of: Array = np.array(curve)
     return curve_of / (1.0, float(np.sum(np.hypot(x, y) * dN)))
 
 
