@@ -15,6 +15,7 @@ import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.plots.energy import draw_energy
 from softhand.plots.style import DASHED, FINGERS, STYLE, draw_title, finish, new_figure, panel
+from softhand.validation.sliding import limit_curve
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 TARGETS = {"target-a": "finger_2_tip", "target-b": "finger_1_tip"}
@@ -77,8 +78,27 @@ def draw() -> Figure:
     return figure
 
 
+def draw_limit() -> Figure:
+    """The ellipse and the exact limit of the pressure of columns; prints how far apart they are."""
+    with rc_context(STYLE):
+        figure = new_figure(4.6)
+        top = draw_title(figure, "Limit of tangential force and torsion")
+        grid = figure.add_gridspec(1, 1, left=0.3, right=0.7, top=top, bottom=0.12)
+        axes = panel(figure, grid[0], "torsion / largest torsion [-]", bottom=True)
+        angle = np.linspace(0.0, 0.5 * np.pi, 200)
+        axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8, ls=DASHED, label="ellipse, in softhand")
+        for color, depth in zip(FINGERS, (1e-4, 1e-3, 3e-3), strict=False):
+            curve = limit_curve(depth)
+            print(f"dr = {1e3 * depth:g} mm: {100.0 * np.max(1.0 - np.hypot(*curve.T)):.3g} % inside the ellipse")
+            axes.plot(*curve.T, color=color, label=f"exact, dr = {1e3 * depth:g} mm")
+        axes.set(xlim=(0.0, 1.05), ylim=(0.0, 1.05), aspect="equal", xlabel="tangential force / (mu f_z) [-]")
+        axes.legend(loc="lower left")
+    return figure
+
+
 def main() -> None:
-    """Both figures."""
+    """All figures."""
+    softhand.save_figure(draw_limit(), IMAGES / "limit.png")
     softhand.save_figure(draw(), IMAGES / "friction.png")
     recording = run("target-a", "coulomb", 0.5)
     ledger = energy_ledger(recording, samples=np.arange(0, len(recording), 10))

@@ -9,17 +9,19 @@ from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.controllers.controller import Controller
 from softhand.dampings.damping import Damping
+from softhand.errors import ScenarioError
 from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
 from softhand.model.mounting import TipPlace
+from softhand.model.shapes.box import Box
 from softhand.model.world import World, load_world
 from softhand.open_start import solve_open_start
 from softhand.plant import Plant
 from softhand.plugins import find_plugin, plugin_names
 from softhand.recording import Recording
 from softhand.references import STRAIGHT, Reference, Waypoint, Waypoints
-from softhand.scenario import Scenario
+from softhand.scenario import FACES, FingertipSection, Scenario
 from softhand.scenario_file import resolve_path
 from softhand.settings import Vector3, read_settings
 from softhand.simulation import Progress, Simulation
@@ -32,7 +34,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
     Args:
         scenario: what to run.
         controller: used in place of the scenario's, for one that is not a plugin.
-        law: used in place of the scenario's fingertip law, likewise.
+        law: used at all tips in place of the scenario's fingertip laws, likewise.
 
     Raises:
         ScenarioError: a name or a setting of a plugin is wrong.
@@ -40,7 +42,6 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         GraspError: there is no grasp at rest.
         LawError: the fingertip law cannot be compiled.
     """
-    law = law or read_law(scenario)
     controller = controller or read_controller(scenario)
     stepper = _read_stepper(scenario)
     world = read_world(scenario)
@@ -69,7 +70,7 @@ def simulate(
     Args:
         scenario: what to run, from `load_scenario`.
         controller: used in place of the scenario's, for one that is not a plugin.
-        law: used in place of the scenario's fingertip law, likewise.
+        law: used at all tips in place of the scenario's fingertip laws, likewise.
         progress: called now and then with the simulated time [s].
 
     Raises:
@@ -78,20 +79,32 @@ def simulate(
     return build(scenario, controller, law).run(progress)
 
 
-def read_law(scenario: Scenario) -> Law:
-    """The fingertip law of a scenario with its parameters."""
-    section = scenario.fingertip
-    law_class = find_plugin("laws", section.law, "fingertip.law")
-    return read_settings(law_class, section.parameters, "fingertip")
+def read_law(scenario: Scenario, tip: str = "") -> Law:
+    """The law of one fingertip of a scenario with its parameters, or that of all which have none of their own."""
+    section, path = _at(scenario, tip)
+    law_class = find_plugin("laws", section.law, f"{path}.law")
+    return read_settings(law_class, section.parameters, path)
 
 
-def read_damping(scenario: Scenario, law: Law) -> Damping:
-    """The damping of the fingertips of a scenario; the law's own if it has none."""
-    section = scenario.fingertip.damping
-    if section is None:
+def read_laws(scenario: Scenario) -> tuple[Law, ...]:
+    """The law of each fingertip of a scenario."""
+    return tuple(read_law(scenario, tip) for tip in scenario.hand.names)
+
+
+def read_damping(scenario: Scenario, law: Law, tip: str = "") -> Damping:
+    """The damping of one fingertip of a scenario, or of all; that of its law if it has none."""
+    section, path = _at(scenario, tip)
+    if section.damping is None:
         return law.damping
-    damping_class = find_plugin("dampings", section.name, "fingertip.damping.name")
-    return read_settings(damping_class, section.parameters, "fingertip.damping")
+    damping_class = find_plugin("dampings", section.damping.name, f"{path}.damping.name")
+    return read_settings(damping_class, section.damping.parameters, f"{path}.damping")
+
+
+def _at(scenario: Scenario, tip: str) -> tuple[FingertipSection, str]:
+    """What holds at a tip, and the path of its table."""
+    section = scenario.fingertip
+    own = section.tips is not None and tip in section.tips
+    return (section.at(tip), f"fingertip.tips.{tip}") if own else (section, "fingertip")
 
 
 def read_controller(scenario: Scenario) -> Controller:
@@ -118,21 +131,47 @@ def read_world(scenario: Scenario) -> World:
     )
 
 
-def read_fingertips(scenario: Scenario, world: World, law: Law) -> list[Fingertip]:
-    """The fingertips of a scenario, each with its face."""
-    damping, tip = read_damping(scenario, law), scenario.fingertip
-    return [
-        Fingertip(
-            law,
-            tip.friction,
-            face,
-            damping,
-            can_slip=tip.contact == "coulomb",
-            static_friction=tip.static_friction,
-            torsion_length=tip.torsion_length,
+def read_fingertips(scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None) -> list[Fingertip]:
+    """The fingertips of a scenario, each with its face; with other laws, or one law at all, if given."""
+    names = scenario.hand.names
+    laws = laws or read_laws(scenario)
+    laws = [laws] * len(names) if isinstance(laws, Law) else laws
+    faces, face_friction = faces_of(world, scenario.grasp.contact_points), read_face_friction(scenario, world.shape)
+    fingertips = []
+    for name, law, face in zip(names, laws, faces, strict=True):
+        tip, _ = _at(scenario, name)
+        fingertips.append(
+            Fingertip(
+                law,
+                tip.friction,
+                face,
+                read_damping(scenario, law, name),
+                can_slip=tip.contact == "coulomb",
+                static_friction=tip.static_friction,
+                torsion_length=tip.torsion_length,
+                face_friction=face_friction,
+            )
         )
-        for face in faces_of(world, scenario.grasp.contact_points)
-    ]
+    return fingertips
+
+
+def read_face_friction(scenario: Scenario, shape: object) -> tuple[float, ...]:
+    """Coefficients by face as `Fingertip` has them; none if the scenario names none.
+
+    Raises:
+        ScenarioError: it does, and the object is no box.
+    """
+    table = scenario.object.face_friction
+    if not table:
+        return ()
+    if not isinstance(shape, Box):
+        raise ScenarioError(
+            f"object.face_friction: only a box has faces {', '.join(FACES)}, and the object is a "
+            f"{type(shape).__name__.lower()}; remove the key, or use fingertip.friction.",
+            key="object.face_friction",
+            value=table,
+        )
+    return tuple(table.get(name, 0.0) for name in FACES)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:
@@ -164,16 +203,18 @@ def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingert
     return supports
 
 
-def read_plant(scenario: Scenario, law: Law) -> Plant:
-    """Hand, object and contacts of a scenario."""
+def read_plant(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> Plant:
+    """Hand, object and contacts of a scenario; with other laws, or one law at all tips, if given."""
     world = read_world(scenario)
-    fingertips = read_fingertips(scenario, world, law)
+    fingertips = read_fingertips(scenario, world, laws)
     return Plant(world, fingertips, read_supports(scenario, world, fingertips))
 
 
-def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingertip], Grasp]:
-    """The fingertips of a scenario, each with its face, and its grasp at rest."""
-    section, fingertips = scenario.grasp, read_fingertips(scenario, world, law)
+def read_grasp(
+    scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None
+) -> tuple[list[Fingertip], Grasp]:
+    """The fingertips of a scenario, as `read_fingertips`, and its grasp at rest."""
+    section, fingertips = scenario.grasp, read_fingertips(scenario, world, laws)
     rotation = rotation_of(scenario.object.rpy)
     if section.opening:
         grasp = solve_open_start(
@@ -199,21 +240,38 @@ def read_grasp(scenario: Scenario, world: World, law: Law) -> tuple[list[Fingert
     return fingertips, grasp
 
 
-def resolved(scenario: Scenario, law: Law, controller: Controller, stepper: Stepper) -> Scenario:
-    """The scenario with the defaults of its plugins written out, so that the run can be repeated from it."""
+def resolved(scenario: Scenario, law: Law | None, controller: Controller, stepper: Stepper) -> Scenario:
+    """The scenario with the defaults of its plugins written out, so that the run can be repeated from it.
+
+    Args:
+        scenario: as it is.
+        law: used in place of the laws of the scenario, if it was.
+        controller: used.
+        stepper: used.
+    """
     tables: dict[str, Any] = {
-        "fingertip": {
-            **{key: value for key, value in scenario.fingertip.own().items() if value is not None},
-            "law": _name("laws", scenario.fingertip.law, law),
-            **_dump(law),
-        },
+        "fingertip": _resolved_tip(scenario, law, ""),
         "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
         "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
     }
-    damping = scenario.fingertip.damping
-    if damping is not None:
-        tables["fingertip"]["damping"] = {"name": damping.name, **_dump(read_damping(scenario, law))}
+    tips = scenario.fingertip.tips or {}
+    if tips:
+        tables["fingertip"]["tips"] = {tip: _resolved_tip(scenario, law, tip) for tip in tips}
     return scenario.with_values(tables)
+
+
+def _resolved_tip(scenario: Scenario, law: Law | None, tip: str) -> dict[str, Any]:
+    """The section `fingertip`, or the table of a tip, with the defaults of its law and its damping."""
+    section, _ = _at(scenario, tip)
+    used = law or read_law(scenario, tip)
+    table = {**section.own(), "law": _name("laws", section.law, used), **_dump(used)}
+    if section.damping is not None:
+        table["damping"] = {"name": section.damping.name, **_dump(read_damping(scenario, used, tip))}
+    if tip:
+        del table["contact"]
+    else:
+        table.pop("tips", None)
+    return table
 
 
 def _name(kind: str, name: str, used: Any) -> str:

@@ -25,12 +25,12 @@ from matplotlib.figure import Figure
 
 from softhand.analysis.energy import energy_ledger
 from softhand.analysis.performance import Performance, errors, measure
-from softhand.assembly import build, read_controller, read_law
+from softhand.assembly import build, read_controller, read_laws
 from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.plots import Lined, draw_line_up
 from softhand.plugins import find_plugin, load_plugin_files, plugin_files
 from softhand.recording import Recording
-from softhand.scenario import Scenario, load_scenario
+from softhand.scenario import Scenario, load_scenario, with_law
 from softhand.scenario_file import parse_override
 
 LINE_OF_WORK = (
@@ -113,7 +113,8 @@ def compare(
 
     Args:
         scenario: the task, by name, path or as `load_scenario` gives it. Its own law and controller keep their
-            settings; another law takes those of the same name along, another controller has its defaults.
+            settings; another law is that of all tips and takes those of the same name along, another controller has
+            its defaults.
         laws: names; that of the scenario if None.
         controllers: names; that of the scenario if None. Without laws too, `LINE_OF_WORK` under the scenario's law and
             then the other `LAWS` under its controller.
@@ -222,14 +223,13 @@ def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
     if name != tip.law:
         fields = find_plugin("laws", name, "fingertip.law").model_fields
         kept = {key: value for key, value in tip.parameters.items() if key in fields}
+        task = with_law(task, name, {**kept, **settings})
     else:
-        kept = tip.parameters
-    own = {key: value for key, value in tip.own().items() if value is not None}
-    fingertip = {**own, "law": name, **kept, **settings}
+        task = task.with_values({f"fingertip.{key}": value for key, value in settings.items()})
     name, settings = _parse(controller)
     kept = task.controller.parameters if name == task.controller.name else {}
-    chosen = task.with_values({"fingertip": fingertip, "controller": {"name": name, **kept, **settings}})
-    read_law(chosen)
+    chosen = task.with_values({"controller": {"name": name, **kept, **settings}})
+    read_laws(chosen)
     read_controller(chosen)
     return chosen
 

@@ -1,4 +1,4 @@
-"""What happened in a run, and when: phases, touch, lift-off, slip, apex, torque limits."""
+"""What happened in a run, and when: phases, touch, lift-off, slip, edges, apex, limits of torques and joints."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from softhand.recording import Recording
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
 _TOGETHER = 0.005  # [s] within which corners that meet the table, or leave it, are one event
 _CORNER = "table corner "
+_OTHER_FACE = 0.7  # cosine between the normals of two samples below which another face is touched
 _APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
 _AT_APEX = 1e-4  # [rad] a tip that rests on its apex does not pass it; Theta is noise there
 
@@ -25,7 +26,8 @@ class Event:
     Attributes:
         time: of the first sample that shows it [s].
         kind: one of `KINDS`.
-        finger: name of the tip or of the support, for a torque limit that of the joint; "" for the whole run.
+        finger: name of the tip or of the support, for a limit of torque or joint that of the joint; "" for the whole
+            run.
         text: the reason in figures.
     """
 
@@ -35,14 +37,18 @@ class Event:
     text: str
 
 
-KINDS = ("phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "apex", "torque limit", "stopped")
-"""`torsional slip` is slip where torsion takes the larger share of the limit."""
+KINDS = (
+    "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex", "torque limit",
+    "joint limit", "stopped",
+)  # fmt: skip
+"""`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
+presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold."""
 
 
 def find_events(recording: Recording) -> list[Event]:
     """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
-    touches = [*_touches(recording), *_support_touches(recording)]
-    found = [*_phases(recording), *touches, *_slips(recording), *_apexes(recording), *_torque_limits(recording)]
+    finders = _phases, _touches, _support_touches, _slips, _edges, _apexes, _torque_limits, _joint_limits
+    found = [event for finder in finders for event in finder(recording)]
     if not recording.complete:
         found.append(Event(recording.stop_time, "stopped", "", recording.reason))
     return sorted(found, key=lambda event: event.time)
@@ -129,6 +135,41 @@ def _slips(recording: Recording) -> Iterator[Event]:
                 yield Event(_time(recording, last + 1), "slip ends", finger, figures)
 
 
+def _edges(recording: Recording) -> Iterator[Event]:
+    """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
+    if not {"contact_feature", "contact_rotation", "object_rpy"} <= recording.variables.keys():
+        return
+    pressing = recording.deformation[:, :, 0] > 0.0
+    for i, finger in enumerate(recording.labels["contact"]):
+        feature = np.where(pressing[:, i], recording.contact_feature[:, i], 0)
+        normal = recording.contact_rotation[:, i, :, 2]
+        turned = np.sum(normal[1:] * normal[:-1], axis=1) < _OTHER_FACE
+        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1)) + 1
+        for first, last in [*_spans(feature > 1, recording.time), *((int(k), int(k) - 1) for k in jumps)]:
+            before, after = max(first - 1, 0), min(last + 1, len(recording) - 1)
+            cosine = np.clip(_normal(recording, before, i) @ _normal(recording, after, i), -1.0, 1.0)
+            kind = "vertex" if np.any(feature[first : last + 1] == 3) else "edge"
+            end = {0: "in the air", 1: "on a face"}.get(int(feature[after]), "still there")
+            duration = 1e3 * (recording.time[after] - recording.time[before])
+            figures = (
+                f"f_z = {recording.contact_force[first, i, 2]:.3g} N, the normal turns by "
+                f"{np.degrees(np.arccos(cosine)):.3g} deg in {duration:.3g} ms, then {end}"
+            )
+            yield Event(_time(recording, first), kind, finger, figures)
+
+
+def _normal(recording: Recording, sample: int, contact: int) -> NDArray[np.float64]:
+    """Inward normal of the object at a contact, in the object frame, shape (3,)."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(recording.object_rpy[sample]), np.cos(recording.object_rpy[sample])
+    axes = np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])  # fmt: skip
+    normal: NDArray[np.float64] = axes.T @ recording.contact_rotation[sample, contact, :, 2]
+    return normal
+
+
 def _apexes(recording: Recording) -> Iterator[Event]:
     """Theta jumps where the contact rolls over the apex of the tip."""
     if "contact_angles" not in recording.variables:
@@ -149,6 +190,17 @@ def _torque_limits(recording: Recording) -> Iterator[Event]:
             samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
             figures = f"{recording.joint_torque[first, i]:.3g} N m, {samples} sample{'s' if samples > 1 else ''}"
             yield Event(_time(recording, first), "torque limit", joint, figures)
+
+
+def _joint_limits(recording: Recording) -> Iterator[Event]:
+    if "joint_limited" not in recording.variables:
+        return
+    for i, joint in enumerate(recording.labels["joint"]):
+        for side, name in ((1, "upper"), (-1, "lower")):
+            for first, last in _spans(recording.joint_limited[:, i] == side, recording.time):
+                angle = recording.joint_position[first : last + 1, i]
+                figures = f"at {angle[0]:.4g} beyond the {name} limit, at most {side * np.max(side * angle):.4g}"
+                yield Event(_time(recording, first), "joint limit", joint, figures)
 
 
 def _time(recording: Recording, sample: int | np.signedinteger) -> float:

@@ -111,7 +111,9 @@ def solve_grasp(
     forces = contact_forces(world, points, position, rotation, internal_force)
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
     for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
-        _check_friction(tip.name, fingertip.friction, -float(normal @ force), force, normal)
+        _check_friction(
+            tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
+        )
     angles = initial_joints(world, joint_guess)
     arm = Arm(world)
     nc = world.n_tips
@@ -126,7 +128,7 @@ def solve_grasp(
     check_torques(arm, forces, points)
     q = arm.q.copy()
     q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
-    friction = np.array([fingertip.friction for fingertip in fingertips])
+    friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
     memory = np.zeros((nc, memory_size(fingertips)))
     memory[:, :3] = deformation[:, 1:]

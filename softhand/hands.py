@@ -7,7 +7,7 @@ from pathlib import Path
 
 from softhand.errors import ScenarioError
 from softhand.model.urdf import parse_urdf, read_text
-from softhand.scenario import Scenario, TipSection, load_scenario
+from softhand.scenario import PlacedTip, Scenario, load_scenario
 from softhand.scenario_file import resolve_path, scenario_names
 
 
@@ -70,5 +70,5 @@ def _hand(urdf: str, users: list[tuple[str, Scenario]]) -> Hand:
     return Hand(Path(urdf).stem, urdf, tips, names, model.nv, mass)
 
 
-def _tip(tip: str | TipSection) -> str:
+def _tip(tip: str | PlacedTip) -> str:
     return tip if isinstance(tip, str) else f"{tip.label} on {tip.frame}"

@@ -118,6 +118,16 @@ class Plant:
         """Make the slip of the last evaluation final, in z and in the totals of the contacts."""
         note_slip(self.pads, self.contacts, z)
 
+    def settle(self, state: State) -> None:
+        """Make the slip at a state final, for steppers whose forces obey the limit while z runs on within a step.
+
+        To be called before and after a step; a state that was left settled stays as it is.
+        """
+        if self.can_slip and not is_at(state.q, state.v, state.z, self.at):
+            self.update(state.q, state.v, state.z)
+            self.note_slip(state.z)
+            set_at(state.q, state.v, state.z, self.at)
+
     def touch(self, v: Array, z: Array, lead: float = 0.0, with_stiffness: bool = False) -> None:
         """Contacts and forces at the configuration of the snapshot; see `evaluate_contacts`."""
         snapshot = self.snapshot

@@ -67,6 +67,7 @@ VARIABLES: dict[str, Variable] = {
     "joint_torque": Variable(
         _JOINT, "N m or N", "joint torque, or force of a slide, as applied, after the effort limits"
     ),
+    "joint_limited": Variable(_JOINT, "1", "1 above the upper, -1 below the lower limit of the joint, else 0", np.int8),
     "torque_limited": Variable(_JOINT, "1", "1 where an effort limit cut the commanded torque, else 0", np.int8),
     "object_position": Variable(_XYZ, "m", "origin of the object frame, in the world"),
     "object_rpy": Variable(_RPY, "rad", "orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),

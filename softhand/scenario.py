@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,9 +13,23 @@ from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.scenario_file import find_scenario, overridden, read_toml, with_absolute_paths
-from softhand.settings import NonNegative, Positive, Settings, Vector, Vector3, describe, frozen, read_settings, show
+from softhand.settings import (
+    NonNegative,
+    Positive,
+    Settings,
+    Vector,
+    Vector3,
+    describe,
+    frozen,
+    nearest,
+    read_settings,
+    show,
+)
 
 _MOST_STEPS = 1e9
+
+FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""Faces of a box by the outward normal, along the axes of the box."""
 
 
 class OpenSettings(Settings):
@@ -34,7 +48,7 @@ class OpenSettings(Settings):
         return dict(self.model_extra or {})
 
 
-class TipSection(Settings):
+class PlacedTip(Settings):
     """A fingertip placed on a link of the hand.
 
     Attributes:
@@ -68,7 +82,7 @@ class HandSection(Settings):
     """
 
     urdf: str
-    tips: Annotated[tuple[str | TipSection, ...], Field(min_length=2)]
+    tips: Annotated[tuple[str | PlacedTip, ...], Field(min_length=2)]
     position: Vector3 = (0.0, 0.0, 0.0)
     rpy: Vector3 = (0.0, 0.0, 0.0)
     effort_limit: Positive | None = None
@@ -80,14 +94,14 @@ class HandSection(Settings):
 
     @field_validator("tips")
     @classmethod
-    def _tips_are_unique(cls, tips: tuple[str | TipSection, ...]) -> tuple[str | TipSection, ...]:
+    def _tips_are_unique(cls, tips: tuple[str | PlacedTip, ...]) -> tuple[str | PlacedTip, ...]:
         name, count = Counter(_names(tips)).most_common(1)[0]
         if count > 1:
             raise ValueError(f"{show(name)} is there {count} times, but each fingertip must have a frame of its own.")
         return tips
 
 
-def _names(tips: tuple[str | TipSection, ...]) -> tuple[str, ...]:
+def _names(tips: tuple[str | PlacedTip, ...]) -> tuple[str, ...]:
     return tuple(tip if isinstance(tip, str) else tip.label for tip in tips)
 
 
@@ -101,6 +115,7 @@ class ObjectSection(Settings):
         rpy: roll, pitch, yaw at the start [rad].
         ellipsoid: semi-axes of an ellipsoid that takes the place of the URDF's collision shape [m].
         hull: take the convex hull of a collision mesh that is not convex.
+        face_friction: coefficient on faces of the box, by name in `FACES`, in place of that of the tip [1].
     """
 
     urdf: str
@@ -109,6 +124,17 @@ class ObjectSection(Settings):
     hull: bool = False
     position: Vector3
     rpy: Vector3
+    face_friction: dict[str, Positive] | None = None
+
+    @field_validator("face_friction", mode="before")
+    @classmethod
+    def _faces_are_known(cls, table: Any) -> Any:
+        for name, value in table.items() if isinstance(table, Mapping) else ():
+            if name not in FACES:
+                raise ValueError(f"{show(name)} is no face. {_choices(name, FACES)}")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
+                raise ValueError(f"{show(name)} must be a number > 0.")
+        return table
 
 
 class DampingSection(OpenSettings):
@@ -119,6 +145,24 @@ class DampingSection(OpenSettings):
     """
 
     name: str
+
+
+class TipSection(OpenSettings):
+    """What is different at one fingertip, and parameters of its law.
+
+    Attributes:
+        law: name of the law; another one than that of all tips begins from its own defaults.
+        friction: as in `fingertip` [1].
+        static_friction: as in `fingertip` [1].
+        torsion_length: as in `fingertip` [m].
+        damping: as in `fingertip`; the whole table.
+    """
+
+    law: str | None = None
+    friction: Positive | None = None
+    static_friction: Positive | None = None
+    torsion_length: Positive | None = None
+    damping: DampingSection | None = None
 
 
 class FingertipSection(OpenSettings):
@@ -132,6 +176,7 @@ class FingertipSection(OpenSettings):
         torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
         tips_touch: whether tips meet each other; otherwise they pass through each other.
         damping: of the tips, if any.
+        tips: tables by the name of a fingertip, whose keys hold there in place of these.
     """
 
     law: str
@@ -141,10 +186,30 @@ class FingertipSection(OpenSettings):
     torsion_length: Positive | None = None
     tips_touch: bool = False
     damping: DampingSection | None = None
+    tips: dict[str, TipSection] | None = None
+
+    @field_validator("tips", mode="before")
+    @classmethod
+    def _each_tip_is_a_table(cls, tips: Any) -> Any:
+        if not isinstance(tips, Mapping):
+            return tips
+        return {name: read_settings(TipSection, table, f"fingertip.tips.{name}") for name, table in tips.items()}
 
     def own(self) -> dict[str, Any]:
         """All keys but those of the law."""
-        return self.model_dump(include=set(type(self).model_fields))
+        return self.model_dump(include=set(type(self).model_fields), exclude_none=True)
+
+    def at(self, tip: str) -> FingertipSection:
+        """What holds at one fingertip, without `tips`.
+
+        Raises:
+            ScenarioError: the keys of the tip and those of all tips do not agree.
+        """
+        table = self.model_dump(exclude={"tips"}, exclude_none=True)
+        own = self.tips[tip].model_dump(exclude_none=True) if self.tips and tip in self.tips else {}
+        if own.get("law", self.law) != self.law:
+            table = {key: value for key, value in table.items() if key in type(self).model_fields or key == "radius"}
+        return read_settings(FingertipSection, {**table, **own}, f"fingertip.tips.{tip}" if own else "fingertip")
 
     @model_validator(mode="after")
     def _friction_falls_with_slip(self) -> FingertipSection:
@@ -315,7 +380,7 @@ class Scenario(Settings):
         gravity: in the base frame [m/s^2].
         hand: the hand and its fingertips.
         object: the object and its pose at the start.
-        fingertip: law, friction and damping of all tips.
+        fingertip: law, friction and damping of the tips.
         grasp: contacts and internal force at the start.
         table: what the object may stand on, if anything.
         palm: what else of the hand the object may lie on.
@@ -348,6 +413,11 @@ class Scenario(Settings):
         for key, force in self._desired_forces():
             _check_count(key, force, pairs, why)
         self._check_opening()
+        for tip in self.fingertip.tips or ():
+            if tip not in self.hand.names:
+                message = f"fingertip.tips: {show(tip)} is no fingertip. {_choices(tip, self.hand.names)}"
+                raise ScenarioError(message, key=f"fingertip.tips.{tip}", value=tip)
+            self.fingertip.at(tip)
         period, step = self.control_period, self.stepper.step
         rule = f"go a whole number of times into the control period of {period:.12g} s"
         _check_whole("stepper.step", step, period / step, rule, lambda count: period / count)
@@ -418,11 +488,30 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
 
 
-def with_law(scenario: Scenario, name: str) -> Scenario:
-    """The scenario with another fingertip law and its default parameters; radius, friction and damping stay."""
+def with_law(scenario: Scenario, name: str, parameters: Mapping[str, Any] | None = None) -> Scenario:
+    """The scenario with another law at all fingertips; radius, friction and damping stay.
+
+    Args:
+        scenario: to be changed.
+        name: of the law.
+        parameters: of the law; the others have its defaults.
+    """
     section = scenario.fingertip
-    table = {**section.own(), "law": name, "radius": section.parameters.get("radius")}
+    tips = {
+        tip: {key: value for key, value in own.model_dump(exclude_none=True).items() if key in _STAYS}
+        for tip, own in (section.tips or {}).items()
+    }
+    table = {**section.own(), "radius": section.parameters.get("radius"), **(parameters or {}), "law": name}
+    table["tips"] = tips or None
     return scenario.with_values({"fingertip": {key: value for key, value in table.items() if value is not None}})
+
+
+_STAYS = (set(TipSection.model_fields) - {"law"}) | {"radius"}
+
+
+def _choices(word: str, words: Iterable[str]) -> str:
+    near = nearest(word, words)
+    return f"{f'Did you mean {show(near)}? ' if near else ''}There are: {', '.join(words)}."
 
 
 def _check_count(key: str, values: tuple[Any, ...], count: int, why: str) -> None:

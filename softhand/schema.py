@@ -19,6 +19,7 @@ from softhand.scenario import (
     FingertipSection,
     Scenario,
     StepperSection,
+    TipSection,
 )
 from softhand.settings import field_notes
 
@@ -27,8 +28,14 @@ Schema = dict[str, Any]
 
 def scenario_schema() -> Schema:
     """JSON schema, draft 2020-12, of a scenario file with all plugins that are installed."""
+    damping = _choice(DampingSection, "dampings", "name")
+    tips = {
+        "description": field_notes(FingertipSection)["tips"],
+        "type": "object",
+        "additionalProperties": _tip(damping),
+    }
     sections: dict[str, Schema] = {
-        "fingertip": _choice(FingertipSection, "laws", "law", {"damping": _choice(DampingSection, "dampings", "name")}),
+        "fingertip": _choice(FingertipSection, "laws", "law", {"damping": damping, "tips": tips}),
         "controller": _choice(ControllerSection, "controllers", "name"),
         "stepper": _choice(StepperSection, "steppers", "name"),
     }
@@ -41,6 +48,15 @@ def scenario_schema() -> Schema:
     notes = field_notes(Scenario)
     table["properties"] |= {name: {"description": notes[name], **section} for name, section in sections.items()}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "softhand scenario", **table}
+
+
+def _tip(damping: Schema) -> Schema:
+    """What differs at one fingertip: keys of all laws, as its law may be named elsewhere."""
+    own = _table(TipSection)
+    laws = [_table(find_plugin("laws", name, "law"))["properties"] for name in plugin_names("laws")]
+    properties = {key: {"type": value.get("type", "number")} for law in laws for key, value in law.items()}
+    own["properties"] = {**properties, **own["properties"], "damping": damping}
+    return {**own, "additionalProperties": True}
 
 
 def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None = None) -> Schema:

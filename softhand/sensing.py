@@ -51,6 +51,9 @@ class Sensor:
         )  # fmt: skip
 
 
+_APART = 1e-9  # [m] below which two contacts are one point: tips in the air may all be nearest to one vertex
+
+
 @compiled
 def _observe(
     pads, columns, joints, pairs, poses, J, bodies, acceleration, moments, gravity, at, q, v, z, contacts,
@@ -124,12 +127,12 @@ def _describe_contacts(
             J_CF_tau[i, column] = jacobian[i, a, 3]
         _object_rows(contact, object_pose, T_O, J_O_f[3 * i : 3 * i + 3], J_O_tau[i])
         f = contact.force
-        limit = pads[i].friction * max(f[2], 0.0)
+        limit = contact.friction * max(f[2], 0.0)
         tangential = math.hypot(f[0], f[1])
         friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
         if not pads[i].can_slip:
             length = spin_length(pads[i], contact.distance)
-            contact.limit_surface_use = limit_surface_use(f, pads[i].friction, length)
+            contact.limit_surface_use = limit_surface_use(f, contact.friction, length)
         contact_coordinates(pads[i], contact, columns[i], object_pose, J, v, eta[i], eta_rate[i])
 
 
@@ -153,7 +156,8 @@ def _object_rows(contact, object_pose, T_O, force_rows, moment_row):
 def internal_forces(contacts, pairs, K, internal_force):
     """K of (58) and f_N = K^+ f_C.
 
-    Column k of K holds, for the pair (i, j), the unit vector from contact i to j in C_Fi and from j to i in C_Fj.
+    Column k of K holds, for the pair (i, j), the unit vector from contact i to j in C_Fi and from j to i in C_Fj; zero
+    for contacts at one point.
 
     Args:
         contacts: table `records.CONTACT`, fingertips first.
@@ -165,7 +169,8 @@ def internal_forces(contacts, pairs, K, internal_force):
         i, j = pairs[k, 0], pairs[k, 1]
         a, b = contacts[i], contacts[j]
         x, y, z = b.point[0] - a.point[0], b.point[1] - a.point[1], b.point[2] - a.point[2]
-        scale = 1.0 / math.sqrt(x * x + y * y + z * z)
+        apart = math.sqrt(x * x + y * y + z * z)
+        scale = 1.0 / apart if apart > _APART else 0.0
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)

@@ -264,6 +264,9 @@ class Simulation:
             variables[name] = contacts[field]
         variables["deformation"] = _deformation(contacts, self.plant)
         world = self.plant.world
+        lower, upper = world.position_limits
+        position = variables["joint_position"]
+        variables["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
         steps = max(len(recorder) - 1, 0) * self._steps
         wall = max(clock.perf_counter() - began, 1e-9)
         recording = Recording(

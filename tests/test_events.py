@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softhand import Recording, SimulationStopped, load_scenario, simulate
+from softhand import Recording, SimulationStopped, build, load_scenario, simulate
+from softhand.controllers.controller import Controller
 from softhand.events import Event, find_events
+from softhand.model.configuration import rotation_of
 
 N = 200
 TIME = np.arange(N) * 1e-3
@@ -79,6 +81,68 @@ def test_apex_torque_limit_and_stop() -> None:
         Event(0.090, "apex", "left", "Phi = 80.2 deg"),
         Event(0.199, "stopped", "", "flat"),
     ]
+
+
+def rolled_over(features: dict[int, int], over: int) -> Recording:
+    """The left tip on the face -x until a sample, then on -y, with other features at some samples."""
+    feature, turned = np.ones((N, 2)), np.tile(np.eye(3)[:, [1, 2, 0]], (N, 2, 1, 1))  # z_C = x
+    for sample, number in features.items():
+        feature[sample, 0] = number
+    turned[over:, 0] = np.eye(3)[:, [2, 0, 1]]  # z_C = y
+    rpy = np.linspace((0.1, -0.2, 0.3), (0.5, 0.6, -0.7), N)  # the object turns, the normal in it does not
+    turned = np.einsum("kij,kcjl->kcil", np.array([rotation_of(angles) for angles in rpy]), turned)
+    return recording(contact_feature=feature, contact_rotation=turned, object_rpy=rpy)
+
+
+@pytest.mark.parametrize(
+    ("features", "over", "expected"),
+    [
+        ({k: 2 for k in range(50, 54)}, 54, (0.050, "edge", "90 deg in 5 ms, then on a face")),
+        ({50: 2, 51: 3, 52: 2}, 52, (0.050, "vertex", "90 deg in 4 ms, then on a face")),
+        ({}, 70, (0.070, "edge", "90 deg in 1 ms, then on a face")),
+        ({k: 2 for k in range(190, N)}, N, (0.190, "edge", "0 deg in 10 ms, then still there")),
+    ],
+    ids=["edge", "vertex", "between samples", "to the end"],
+)
+def test_rolling_off_a_face(features: dict[int, int], over: int, expected: tuple[float, str, str]) -> None:
+    """One event for the way over an edge, at its first sample, with how far the normal turns."""
+    (event,) = find_events(rolled_over(features, over))
+    assert (event.time, event.kind, event.finger) == (*expected[:2], "left")
+    assert event.text == f"f_z = 4 N, the normal turns by {expected[2]}"
+
+
+def test_no_edge_in_the_air() -> None:
+    """A tip that does not press may pass any edge."""
+    flying = rolled_over({50: 2}, 51)
+    deformation = flying.deformation.copy()
+    deformation[:, 0, 0] = -1e-3
+    arrays = {**flying.variables, "deformation": deformation, "contact_force": 0.0 * flying.contact_force}
+    assert find_events(recording(**arrays)) == []
+
+
+def test_a_joint_beyond_its_stop() -> None:
+    """Named with its angle and the farthest one, either side."""
+    angle, limited = np.zeros((N, 1)), np.zeros((N, 1))
+    angle[30:40, 0], limited[30:40, 0] = np.linspace(-1.1, -1.2, 10), -1
+    assert find_events(recording(joint_position=angle, joint_limited=limited)) == [
+        Event(0.030, "joint limit", "knuckle", "at -1.1 beyond the lower limit, at most -1.2")
+    ]
+
+
+def test_a_run_past_a_joint_limit_says_so() -> None:
+    """A hand that is let go falls through its stops, which a run does not hold."""
+
+    class Limp(Controller):
+        def torque(self, observation: Any, memory: Any) -> Any:
+            return np.zeros_like(observation.joint_position), memory
+
+    run = build(load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.17}), Limp()).run()
+    found = [event for event in find_events(run) if event.kind == "joint limit"]
+    assert found
+    for event in found:
+        joint, sample = run.labels["joint"].index(event.finger), round(event.time / 1e-3)
+        assert run.joint_limited[sample, joint] != 0 and run.joint_limited[sample - 1, joint] == 0
+        assert event.text.startswith(f"at {run.joint_position[sample, joint]:.4g} beyond")
 
 
 def test_a_turn_of_theta_over_pi_is_no_apex() -> None:

@@ -14,8 +14,11 @@ from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.records import PAD
 from softhand.laws.conservative import Conservative
 from softhand.laws.hertz import Hertz
+from softhand.laws.parallel_distributed import ParallelDistributed
+from softhand.model.configuration import rotation_of
 from softhand.plant import Plant
 from softhand.scenario import load_scenario
+from softhand.validation.rigs import BOTTOM, Body, Carriage, make_rig, make_world, tip
 
 R = 0.010  # [m]
 
@@ -95,6 +98,36 @@ def test_force_returns_to_the_limit_surface(law: object) -> None:
             np.testing.assert_allclose(
                 contact["slip"] + contact["deformation"][1:], z[contact == contacts][0], rtol=1e-12, atol=1e-15
             )
+
+
+@pytest.mark.parametrize("lean", [0.2, 0.5, 0.785])
+def test_a_law_that_leans_returns_towards_its_force_free_point(lean: float) -> None:
+    """Without shear a tip that leans already pulls beyond mu 0.15; the force still comes back along itself.
+
+    F_t = pi E d (d tan t + 2 s) vanishes at s = -d tan t / 2, so that cutting s back to any share of its distance from
+    there keeps the direction of F_t.
+    """
+    law, rng = ParallelDistributed(radius=R), np.random.default_rng(1)
+    world = make_world([Carriage("Z")], Body(), np.zeros(3))
+    turn, depth = rotation_of((0.0, lean, 0.0)), 1.5e-3
+    rig = make_rig(world, [tip(world, BOTTOM, law, friction=0.15)], turn @ (0.0, 0.0, R - depth + 0.030), turn)
+    slid = 0
+    for stored in [np.zeros(3), *rng.normal(size=(20, 3)) * (1e-3, 1e-3, 0.1)]:
+        rig.state.z[0, :3] = stored
+        rig.update()
+        contact = rig.contact
+        lean1, lean2 = contact["lean"]
+        uncut = np.array(law.force(depth, *stored, lean1, lean2, *law.parameters()))
+        if limit_surface_use(uncut[[1, 2, 0, 3]], 0.15, spin_length(rig.plant.pads[0], R - depth)) <= 1.0:
+            continue
+        slid += 1
+        assert contact["limit_surface_use"] == pytest.approx(1.0, abs=1e-12)
+        back = contact["deformation_force"][1:]
+        share = np.linalg.norm(back) / np.linalg.norm(uncut[1:])
+        np.testing.assert_allclose(back, share * uncut[1:], rtol=1e-9, atol=1e-12)
+        assert 0.0 < share < 1.0
+        assert contact["slip"] @ back > 0.0
+    assert slid >= 10
 
 
 def test_a_displacement_within_the_limit_stays() -> None:

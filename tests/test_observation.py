@@ -7,6 +7,7 @@ import pinocchio as pin
 from hands import Array, Task
 from numpy.testing import assert_allclose
 
+from softhand import build, load_scenario
 from softhand.model.configuration import rotation_of, turning_of
 from softhand.observation import Observation, contact_pairs
 from softhand.plant import State
@@ -135,3 +136,13 @@ def test_constants_are_those_of_the_model(task: Task) -> None:
     assert_allclose(seen.N_O[3:], seen.T_O[3:, 3:].T @ np.cross(lever, weight), rtol=0.0, atol=1e-12)
     normals = np.array([tip.face.normal for tip in seen.fingertips]) @ seen.object_rotation.T
     assert_allclose(normals, -seen.contact_rotation[:, :, 2], rtol=0.0, atol=1e-12)
+
+
+def test_tips_that_are_nearest_to_one_vertex_have_no_internal_force() -> None:
+    """Between contacts at one point there is no direction; nothing is NaN, so that the run goes on."""
+    simulation = build(load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.1}))
+    simulation.state.q[-7:-4] = 5.0, 5.0, 5.0
+    seen = simulation.sample()
+    assert_allclose(seen.contact_point, np.broadcast_to(seen.contact_point[0], (3, 3)), atol=1e-12)
+    assert not np.any(seen.internal_force)
+    assert np.all(np.isfinite(simulation.torque))

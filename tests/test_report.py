@@ -19,6 +19,7 @@ from PIL import Image
 import softhand
 from softhand import Recording, RecordingError, load_scenario, simulate, write_report
 from softhand.viewer.browser import Browser
+from softhand.viewer.curves import samples_of
 from softhand.viewer.packing import frames_of
 from softhand.viewer.report import report_page
 from softhand.viewer.scene import RecordedScene
@@ -481,3 +482,14 @@ def test_a_mistake_is_one_line(run, tmp_path, arguments, words):
     result = command("report", *arguments, folder=tmp_path)
     assert result.returncode == 1 and result.stderr.lstrip().startswith("error:") and "Traceback" not in result.stderr
     assert words in result.stderr
+
+
+def test_slip_is_marked_on_the_use_of_the_limit():
+    """Where a tip slips, at the samples shown, its curve has marks; the panel says what they are."""
+    recording = simulate(load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.8}))
+    data = data_of(report_page([recording]))
+    panels = [panel for block in data["blocks"] for panel in block["panels"] if panel["title"] == "limit-surface use"]
+    (panel,) = panels
+    slipping = recording.is_slipping[samples_of(recording)]
+    assert slipping.any() and panel["note"] == "slip is marked"
+    assert [curve["marks"] for curve in panel["curves"]] == [np.flatnonzero(tip).tolist() for tip in slipping.T]

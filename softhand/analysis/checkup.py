@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from softhand.assembly import build, read_grasp, read_law, read_waypoints
+from softhand.assembly import build, read_grasp, read_laws, read_waypoints
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
+from softhand.dampings.damping import Damping
 from softhand.errors import GraspError
 from softhand.model.configuration import rotation_of
 from softhand.model.validation.examination import examine
@@ -21,7 +22,7 @@ from softhand.model.world import World
 from softhand.observation import Observation
 from softhand.plant import Plant, State
 from softhand.plugins import find_plugin
-from softhand.scenario import DampingSection, Scenario
+from softhand.scenario import FACES, DampingSection, FingertipSection, Scenario
 from softhand.settings import Settings, field_notes, show, unit_of
 from softhand.simulation import Simulation
 
@@ -76,6 +77,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
     start = [
         *_touch_rows(simulation.plant),
         *_tip_rows(seen, world),
+        *_material_rows(simulation),
         *_joint_rows(simulation, world),
         *_step_rows(scenario, stepper, frequency),
     ]
@@ -171,7 +173,7 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
 
     By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
     """
-    law, told = read_law(scenario), set()
+    radius, told = max(law.radius for law in read_laws(scenario)), set()
     for point in read_waypoints(scenario)[1:]:
         if not any(point.internal_force):
             continue
@@ -184,9 +186,9 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
             }
         )
         try:
-            read_grasp(target, world, law)
+            read_grasp(target, world)
         except GraspError as error:
-            if error.quantity == "reach" and error.value > law.radius and str(error) not in told:  # type: ignore[attr-defined]
+            if error.quantity == "reach" and error.value > radius and str(error) not in told:  # type: ignore[attr-defined]
                 told.add(str(error))
                 yield f"reference: at the target, {error}"
 
@@ -207,6 +209,25 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     pairs = [support.name for support in plant.supports if isinstance(support.shape, Ball)]
     if pairs:
         yield "tips meet each other", ", ".join(pairs)
+
+
+def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Law, coefficients of friction and damping of each tip, as they hold at the start."""
+    plant = simulation.plant
+    for tip, fingertip, contact in zip(plant.world.tips, plant.fingertips, plant.contacts, strict=True):
+        mu, static = contact["friction"], contact["static_friction"]
+        held = f", {static:.3g} until it slips" if static > mu else ""
+        faces = ", ".join(
+            f"{value:g} on {name}" for name, value in zip(FACES, fingertip.face_friction, strict=False) if value
+        )
+        parts = [
+            f"law {type(fingertip.law).__name__}, r {1e3 * fingertip.law.radius:g} mm",
+            f"mu {mu:.3g}{held}" + (f" ({faces})" if faces else ""),
+            f"damping {type(fingertip.damping).__name__}" if type(fingertip.damping) is not Damping else "no damping",
+        ]
+        if fingertip.torsion_length is not None:
+            parts.insert(2, f"torsion over {1e3 * fingertip.torsion_length:g} mm")
+        yield f"{tip.name}, material", ", ".join(parts)
 
 
 def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
@@ -261,6 +282,13 @@ def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     if "damping" in fingertip:
         notes["fingertip.damping"] = field_notes(DampingSection)
         chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
+    for tip, own in fingertip.get("tips", {}).items():
+        path = f"fingertip.tips.{tip}"
+        notes[path] = field_notes(FingertipSection)
+        chosen.append((path, "laws", own.get("law", fingertip["law"])))
+        if "damping" in own:
+            notes[f"{path}.damping"] = field_notes(DampingSection)
+            chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
     for section, kind, name in chosen:
         notes[section] |= field_notes(find_plugin(kind, name, section))
     return notes

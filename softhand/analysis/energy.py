@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.analysis.probe import recorded_scenario, recorded_state
-from softhand.assembly import read_law, read_plant
+from softhand.assembly import read_plant
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
 from softhand.plant import Plant, State
@@ -99,7 +99,8 @@ def energy_ledger(
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
     controller is in this work already. The power of material damping is (f - f_law) . velocity at the contact, taken at
-    each sample and summed by the trapezoidal rule. Slip is `slip_loss` of the recording.
+    each sample and summed by the trapezoidal rule; what f_law stores beyond `tip_energy`, where tips relax, is in the
+    same account. Slip is `slip_loss` of the recording.
 
     Args:
         recording: with at least one sample.
@@ -125,14 +126,14 @@ def energy_ledger(
     if "support_slip_loss" in recording.variables:
         slip += np.sum(recording.support_slip_loss, axis=1)
     energies = np.array([_energies(recording, plant, sample) for sample in (0, *chosen)])
-    kinetic, gravity, elastic = (energies[1:] - energies[0]).T
+    kinetic, gravity, elastic, relaxing = (energies[1:] - energies[0]).T
     return Ledger(
         time=recording.time[chosen],
         work=work[chosen],
         kinetic=kinetic,
         gravity=gravity,
         elastic=elastic,
-        damping=damping[chosen],
+        damping=damping[chosen] + relaxing,
         slip=slip[chosen] - slip[0],
         is_spring=all(is_spring(tip.law) for tip in plant.materials),
     )
@@ -168,7 +169,7 @@ def tip_energy(tip: Contact, contact: np.void) -> float:
 
 def _recorded_plant(recording: Recording) -> Plant:
     scenario = recorded_scenario(recording)
-    return read_plant(scenario, read_law(scenario))
+    return read_plant(scenario)
 
 
 def _summed(parts: Array) -> Array:
@@ -183,14 +184,18 @@ def _put(recording: Recording, plant: Plant, sample: int) -> State:
     return known
 
 
-def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float]:
-    """Kinetic, gravitational and elastic energy at one sample [J]."""
+def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float, float]:
+    """Kinetic, gravitational and elastic energy at one sample, and what else relaxing tips hold [J]."""
     state = _put(recording, plant, sample)
     model = plant.world.model
     data = model.createData()
-    elastic = sum(tip_energy(tip, contact) for tip, contact in zip(plant.materials, plant.contacts, strict=True))
+    elastic, relaxing = 0.0, 0.0
+    for tip, contact in zip(plant.materials, plant.contacts, strict=True):
+        stored, left = tip_energy(tip, contact), tip.damping.relaxed()
+        elastic += stored
+        relaxing += stored * (1.0 - left) / left
     kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
-    return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic
+    return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic, relaxing
 
 
 def _damping_power(recording: Recording, plant: Plant, sample: int) -> float:

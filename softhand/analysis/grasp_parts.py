@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.analysis.wrenches import least_squeeze
-from softhand.contact.friction import spin_length
+from softhand.assembly import read_law
+from softhand.contact.friction import face_of, spin_length
 from softhand.contact.records import PAD
 from softhand.errors import GraspError
 from softhand.grasp import contact_forces, plain_depth
 from softhand.laws.law import Law
 from softhand.model.arm import Arm
+from softhand.model.shapes.shape import Shape
 from softhand.model.world import World
 from softhand.observation import contact_pairs
 from softhand.scenario import Scenario
@@ -32,7 +35,7 @@ def size_of(world: World) -> float:
 
 
 def squeeze(
-    world: World, points: Array, normals: Array, friction: float, position: Array, rotation: Array, use: float = 1.0,
+    world: World, points: Array, normals: Array, friction: Array, position: Array, rotation: Array, use: float = 1.0,
     least_normal: float = 0.0,
 ) -> Array | None:  # fmt: skip
     """`least_squeeze` of contacts in the world, shape (nc, 3) each; None too where they cannot carry the weight."""
@@ -43,7 +46,7 @@ def squeeze(
     except GraspError:
         return None
     each = [contact_forces(world, list(points), position, rotation, unit) - carried for unit in np.eye(pairs)]
-    return least_squeeze(carried, np.stack(each, axis=2), normals, np.full(nc, friction), use, least_normal)
+    return least_squeeze(carried, np.stack(each, axis=2), normals, friction, use, least_normal)
 
 
 def pressed_depth(law: Law, pressing: float) -> float:
@@ -51,11 +54,33 @@ def pressed_depth(law: Law, pressing: float) -> float:
     return plain_depth(law, _USUAL_PHI, 0.0, pressing if pressing > _LEAST_FORCE else _LEAST_FORCE)
 
 
-def torsion_length(scenario: Scenario, law: Law, depth: float) -> float:
+class Material(NamedTuple):
+    """What counts of a fingertip before it touches."""
+
+    law: Law
+    friction: float
+    """mu where the face has none of its own."""
+    torsion_length: float
+    """tau_max / (mu f_z) [m] as given, or 0."""
+
+
+def read_materials(scenario: Scenario) -> list[Material]:
+    """That of each fingertip."""
+    tips = [(name, scenario.fingertip.at(name)) for name in scenario.hand.names]
+    return [Material(read_law(scenario, name), tip.friction, tip.torsion_length or 0.0) for name, tip in tips]
+
+
+def friction_on(shape: Shape, faces: tuple[float, ...], normal: Array, material: Material) -> float:
+    """mu of a tip where the outward normal of the object is so, in its axes; `faces` as `Fingertip` has them."""
+    return (faces[face_of(shape.rotation, normal)] if faces else 0.0) or material.friction
+
+
+def torsion_length(material: Material, depth: float) -> float:
     """tau_max / (mu f_z) at a depth [m]."""
+    law = material.law
     pad = np.zeros(1, PAD)[0]
     pad["radius"], pad["torsion_share"] = law.radius, law.torsion_share or 0.0
-    pad["torsion_length"] = scenario.fingertip.torsion_length or 0.0
+    pad["torsion_length"] = material.torsion_length
     return float(spin_length(pad, law.radius - depth))
 
 

@@ -11,16 +11,19 @@ from numpy.typing import NDArray
 
 from softhand.analysis.chains import approach, finger_chain
 from softhand.analysis.grasp_parts import (
+    Material,
+    friction_on,
     joints_of,
     own_columns,
     pressed_depth,
+    read_materials,
     size_of,
     skeleton,
     squeeze,
     torsion_length,
 )
 from softhand.analysis.wrenches import Contacts, closure_margin, singular_values, tangents
-from softhand.assembly import read_grasp, read_law, read_world
+from softhand.assembly import read_face_friction, read_grasp, read_world
 from softhand.contact.friction import limit_surface_use
 from softhand.errors import GraspError
 from softhand.grasp import contact_forces, initial_joints
@@ -196,23 +199,27 @@ def grasp_quality(scenario: Scenario) -> GraspQuality:
 
 def quality_in(world: World, scenario: Scenario) -> GraspQuality:
     """`grasp_quality` with hand and object already read."""
-    friction, nc = scenario.fingertip.friction, world.n_tips
+    nc, materials = world.n_tips, read_materials(scenario)
     position, rotation = np.array(scenario.object.position), rotation_of(scenario.object.rpy)
     shape, inertia = world.shape, world.model.inertias[world.object_joint]
     surface = [shape.nearest(point) for point in scenario.grasp.contact_points]
     points = position + np.array([point for point, _ in surface]) @ rotation.T
     normals = -np.array([normal for _, normal in surface]) @ rotation.T
+    faces = read_face_friction(scenario, shape)
+    friction = np.array([friction_on(shape, faces, n, tip) for (_, n), tip in zip(surface, materials, strict=True)])
     forces = _forces(world, scenario, points, position, rotation)
-    posture = _posture(world, scenario, points, normals, forces)
+    posture = _posture(world, scenario, materials, points, normals, forces)
     arm = Arm(world)
     arm.move(posture.angles)
     torque = arm.gravity_torque() + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(nc))
     if np.any(posture.missing):
         torque[:] = np.nan  # not all tips press
-    fingers = tuple(_finger(arm, i, posture, normals[i], forces[i], torque, scenario) for i in range(nc))
+    fingers = tuple(
+        _finger(arm, i, posture, normals[i], forces[i], torque, materials[i], float(friction[i])) for i in range(nc)
+    )
     centre = position + rotation @ inertia.lever
     torsion_lengths = np.array([finger.torsion_length for finger in fingers])
-    contacts = Contacts(points - centre, normals, np.full(nc, friction), torsion_lengths, size_of(world))
+    contacts = Contacts(points - centre, normals, friction, torsion_lengths, size_of(world))
     return GraspQuality(
         fingers=fingers,
         contacts=contacts,
@@ -229,7 +236,7 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         weight=inertia.mass * world.gravity,
         shape=shape,
         fingers_at=tuple(skeleton(world, arm, i) for i in range(nc)),
-        radius=read_law(scenario).radius,
+        radius=max(tip.law.radius for tip in materials),
     )
 
 
@@ -253,10 +260,12 @@ def _forces(world: World, scenario: Scenario, points: Array, position: Array, ro
         return np.full((len(points), 3), np.nan)
 
 
-def _posture(world: World, scenario: Scenario, points: Array, normals: Array, forces: Array) -> _Posture:
-    law, nc = read_law(scenario), len(points)
+def _posture(
+    world: World, scenario: Scenario, materials: Sequence[Material], points: Array, normals: Array, forces: Array
+) -> _Posture:
+    nc = len(points)
     try:
-        _, grasp = read_grasp(scenario, world, law)
+        _, grasp = read_grasp(scenario, world)
     except GraspError as error:
         refusal = error
     else:
@@ -269,8 +278,11 @@ def _posture(world: World, scenario: Scenario, points: Array, normals: Array, fo
             None,
         )
     angles = initial_joints(world, scenario.grasp.joint_guess)
-    depths = [pressed_depth(law, float(normal @ force)) for normal, force in zip(normals, forces, strict=True)]
-    centres = points - (law.radius - np.array(depths))[:, None] * normals
+    pressed = [
+        tip.law.radius - pressed_depth(tip.law, float(normal @ force))
+        for tip, normal, force in zip(materials, normals, forces, strict=True)
+    ]
+    centres = points - np.array(pressed)[:, None] * normals
     missing = np.array([_approach(world, i, centre, angles) for i, centre in enumerate(centres)])
     unknown = np.full(nc, np.nan)
     return _Posture(angles, missing, unknown, unknown, unknown, refusal)
@@ -292,10 +304,10 @@ def _approach(world: World, index: int, target: Array, angles: Array) -> float:
 
 
 def _finger(
-    arm: Arm, index: int, posture: _Posture, normal: Array, push: Array, torque: Array, scenario: Scenario
+    arm: Arm, index: int, posture: _Posture, normal: Array, push: Array, torque: Array, tip: Material, friction: float
 ) -> FingerQuality:
     """One finger, the arm at its posture."""
-    world, law, friction = arm.world, read_law(scenario), scenario.fingertip.friction
+    world = arm.world
     columns, own = list(world.tips[index].columns), own_columns(world, index)
     lower, upper = world.position_limits
     centre, _ = arm.tip(index)
@@ -305,7 +317,7 @@ def _finger(
     t_1, t_2 = tangents(normal)
     force = np.array([t_1 @ push, t_2 @ push, normal @ push, posture.torsion[index]])
     depth = posture.depth[index]
-    spin = torsion_length(scenario, law, depth if np.isfinite(depth) else pressed_depth(law, float(force[2])))
+    spin = torsion_length(tip, depth if np.isfinite(depth) else pressed_depth(tip.law, float(force[2])))
     use = math.inf if force[2] <= 0.0 else float(np.hypot(force[0], force[1]) / (friction * force[2]))
     return FingerQuality(
         name=world.tips[index].name,

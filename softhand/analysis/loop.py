@@ -17,7 +17,7 @@ from scipy.linalg import expm
 
 from softhand.analysis.lyapunov import read_gains, regulation
 from softhand.analysis.probe import Probe
-from softhand.assembly import read_grasp, read_law, read_world
+from softhand.assembly import read_grasp, read_laws, read_world
 from softhand.contact.damping import relaxation_rate
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
@@ -70,12 +70,12 @@ class Loop:
         return self.feedback + np.einsum("k,kij->ij", K_O, self.pose_feedback)
 
 
-def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
+def linearise(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> Loop:
     """The loop about the start of a scenario, asked to stay there.
 
     Args:
         scenario: with the controller `regulation`.
-        law: in place of the scenario's fingertip law.
+        laws: in place of the scenario's fingertip laws, one for all or one for each.
 
     Raises:
         RecordingError: another controller.
@@ -86,9 +86,8 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
             "the fingers start open: there is no grasp to linearise; set grasp.opening = 0 and grasp.internal_force.",
             finger="", quantity="opening", value=scenario.grasp.opening,
         )  # fmt: skip
-    law = law or read_law(scenario)
     world = read_world(scenario)
-    fingertips, grasp = read_grasp(scenario, world, law)
+    fingertips, grasp = read_grasp(scenario, world, laws)
     pose, force = (*scenario.object.position, *scenario.object.rpy), scenario.grasp.internal_force
     probe = Probe(Plant(world, fingertips), Step(pose, pose, force, force, 1.0))
     gains = read_gains(scenario, world.n_joints, len(force))
@@ -104,11 +103,12 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
         acceleration = probe.plant.acceleration(holding, np.zeros(nv))
         relaxation_rate(probe.plant.pads, probe.plant.contacts, state.z, forgetting)
         seen = probe.at(state, 0.0)
-        return np.concatenate([acceleration, forgetting[:, 3:].ravel(), regulation(seen, free, gains.compensated)[1],
+        return np.concatenate([acceleration, forgetting[remembered], regulation(seen, free, gains.compensated)[1],
                                seen.q_O, seen.N_O - seen.J_O.T @ seen.contact_force.ravel()])  # fmt: skip
 
     forgetting = np.zeros_like(grasp.state.z)
-    states = 2 * nv + forgetting[:, 3:].size
+    remembered = _remembered(probe.plant)
+    states = 2 * nv + np.count_nonzero(remembered)
     slope = np.column_stack([
         (respond(move) - respond(-move)) / (2.0 * _STEP) for move in _STEP * np.eye(states)
     ])  # fmt: skip
@@ -127,12 +127,20 @@ def linearise(scenario: Scenario, law: Law | None = None) -> Loop:
     return Loop(A, B, torques, pose_feedback, use)
 
 
+def _remembered(plant: Plant) -> NDArray[np.bool_]:
+    """Which numbers of z belong to a relaxation, shape (nc, n_memory); tips may have fewer than others, or none."""
+    remembered = np.zeros((len(plant.pads), plant.n_memory), bool)
+    for row, pad in zip(remembered, plant.pads, strict=True):
+        row[3 : 3 + 4 * np.count_nonzero(pad["relaxation"][:, 1])] = True
+    return remembered
+
+
 def _moved(probe: Probe, start: State, x: Array) -> State:
     """A state beside another one, moved along x; the contacts follow by rolling."""
     nv, z = len(start.v), start.z.copy()
     probe.at(State(start.q, x[:nv], start.z), 0.0)
     z[:, :3] += probe.plant.contacts["deformation_rate"][:, 1:]  # linear in the velocity
-    z[:, 3:] += x[2 * nv :].reshape(len(z), -1)
+    z[_remembered(probe.plant)] += x[2 * nv :]
     return State(pin.integrate(probe.plant.world.model, start.q, x[:nv]), start.v + x[nv : 2 * nv], z)
 
 
@@ -183,13 +191,12 @@ def scan(
         LawError: the law has no coefficients that scale its force.
         RecordingError: another controller.
     """
-    law = read_law(scenario)
-    names = _scaling_fields(law)
+    laws = [(law, _scaling_fields(law)) for law in read_laws(scenario)]
     K_O = scenario_gains(scenario)
     held, continuous = np.full((len(gain), len(stiffness)), np.nan), np.full((len(gain), len(stiffness)), np.nan)
     use = np.full(len(stiffness), np.nan)
     for s, factor in enumerate(stiffness):
-        scaled = law.model_copy(update={name: factor * getattr(law, name) for name in names})
+        scaled = [law.model_copy(update={name: factor * getattr(law, name) for name in names}) for law, names in laws]
         try:
             loop = linearise(scenario, scaled)
         except GraspError:  # so soft that the tips are pressed flat

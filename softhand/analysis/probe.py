@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.assembly import read_law, read_plant, read_reference
+from softhand.assembly import read_plant, read_reference
 from softhand.errors import LawError, RecordingError, ScenarioError
 from softhand.laws.law import Law
 from softhand.model.configuration import rotation_of
@@ -46,8 +46,8 @@ class Probe:
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
-        """The plant of a scenario, with another law if one is given."""
-        return cls(read_plant(scenario, law or read_law(scenario)), read_reference(scenario))
+        """The plant of a scenario, with another law at all tips if one is given."""
+        return cls(read_plant(scenario, law), read_reference(scenario))
 
     def at(self, state: State, time: float) -> Observation:
         """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""

@@ -8,7 +8,7 @@ over many directions, costs a thousandth of the margin. A proposal has been solv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from softhand.analysis.chains import approach, finger_chain
 from softhand.analysis.grasp_parts import (
+    friction_on,
     own_columns,
     pressed_depth,
+    read_materials,
     size_of,
     skeleton,
     squeeze,
@@ -26,7 +28,7 @@ from softhand.analysis.grasp_parts import (
 )
 from softhand.analysis.grasp_quality import GraspQuality, quality_in
 from softhand.analysis.wrenches import Contacts, closure_margin, primitive_wrenches, tangents
-from softhand.assembly import read_law, read_world
+from softhand.assembly import read_face_friction, read_world
 from softhand.errors import GraspError
 from softhand.grasp import initial_joints
 from softhand.model.arm import REACHED, Arm
@@ -50,6 +52,7 @@ PRESSING = 1.0
 """Least normal force of a tip [N]."""
 
 _STARTS = 5  # of the inverse kinematics, random ones after the guess
+_NEARER = 8  # turns in which a finger that does not reach a point takes the nearest that it reaches
 _COMBINATIONS = 30000
 _DIRECTIONS = 400
 _BATCH = 200  # combinations whose margin is found before the best of them are solved
@@ -168,12 +171,18 @@ class _Search:
 
     def __init__(self, world: World, scenario: Scenario, rng: np.random.Generator, points: int) -> None:
         self.world, self.scenario, self.rng = world, scenario, rng
-        self.law = read_law(scenario)
-        self.shape = world.shape
+        self.materials = read_materials(scenario)
+        self.shape, self.faces = world.shape, read_face_friction(scenario, world.shape)
         self.position, self.rotation = np.array(scenario.object.position), rotation_of(scenario.object.rpy)
         self.centre = np.array(world.model.inertias[world.object_joint].lever)
         self.start = initial_joints(world, scenario.grasp.joint_guess)
-        self.depth = pressed_depth(self.law, 2.0 * PRESSING)
+        self.depths = [pressed_depth(tip.law, 2.0 * PRESSING) for tip in self.materials]
+        self.lengths = [torsion_length(tip, depth) for tip, depth in zip(self.materials, self.depths, strict=True)]
+        self.radius = max(tip.law.radius for tip in self.materials)
+        self.spread = max(  # of a pressed tip
+            math.sqrt(depth * (2.0 * tip.law.radius - depth))
+            for tip, depth in zip(self.materials, self.depths, strict=True)
+        )
         self.surface = [
             (point, normal) for point, normal in zip(*self.shape.surface_points(points), strict=True)
             if self._has_room(point, normal)
@@ -193,6 +202,7 @@ class _Search:
 
     def _place(self, index: int, point: Array, normal: Array, guess: Array | None = None) -> _Place | None:
         links, columns = finger_chain(self.world, index, self.start)
+        law = self.materials[index].law
         lower, upper = (limit[columns] for limit in self.world.position_limits)
         low, high = lower + RESERVE, upper - RESERVE
         axes = np.empty((3, 3))
@@ -203,10 +213,8 @@ class _Search:
             starts += list(rng.uniform(*within, (_STARTS, len(columns))))
         for start in starts:
             angles, at, n = start.copy(), point, normal
-            for _ in range(
-                8
-            ):  # a finger that moves in a plane, or ends short of the point, takes the nearest it reaches
-                centre = self._to_world(at + (self.law.radius - self.depth) * n)
+            for _ in range(_NEARER):
+                centre = self._to_world(at + (law.radius - self.depths[index]) * n)
                 gap = approach(links, centre, angles, low, high, axes)
                 if gap < REACHED or gap > self.spacing:
                     break
@@ -217,7 +225,7 @@ class _Search:
             if gap > REACHED or (at is not point and not self._has_room(at, n)):
                 continue
             Phi = math.asin(min(max(float(-axes[:, 0] @ (self.rotation @ n)), -1.0), 1.0))
-            lowest, highest = (math.radians(limit) for limit in self.law.Phi_range)
+            lowest, highest = (math.radians(limit) for limit in law.Phi_range)
             if not max(PHI[0], lowest) <= Phi <= min(PHI[1], highest):
                 continue
             self._tip(index, columns, angles)
@@ -242,8 +250,7 @@ class _Search:
 
     def _has_room(self, point: Array, normal: Array) -> bool:
         """Whether the surface goes on around a point by as far as the pressed tip spreads."""
-        r = self.law.radius
-        spread = math.sqrt(r * r - (r - self.depth) ** 2)
+        spread = self.spread
         first, second = tangents(normal)
         for a in 0.25 * math.pi * np.arange(8):
             beside = point + spread * (math.cos(a) * first + math.sin(a) * second)
@@ -260,7 +267,7 @@ class _Search:
         for point in _along(joints):
             place = self._to_object(point)
             surface, normal = self.shape.nearest(place)
-            if (place - surface) @ normal < 0.5 * self.law.radius:
+            if (place - surface) @ normal < 0.5 * self.radius:
                 return False
         return True
 
@@ -278,7 +285,7 @@ class _Search:
             batch: list[tuple[float, int, tuple[_Place, ...]]] = []
             for row in order[begin : begin + _BATCH]:
                 choice = tuple(found[k] for found, k in zip(places, chosen[row], strict=True))
-                margin = closure_margin(self._contacts(choice))
+                margin = closure_margin(self._contacts(choice, range(len(choice))))
                 if margin > 1e-6:
                     batch.append((margin, len(batch), choice))
             batch.sort(key=lambda entry: (-entry[0], entry[1]))
@@ -292,7 +299,7 @@ class _Search:
             for j in range(i + 1, len(places)):
                 others = np.array([place.line for place in places[j]])
                 base = float(np.linalg.norm(places[i][0].line[0] - others[0, 0]))
-                least = min(2.0 * self.law.radius, 0.99 * base)
+                least = min(2.0 * self.radius, 0.99 * base)
                 clear = np.array(
                     [
                         np.linalg.norm(place.line[None, :, None] - others[:, None], axis=3).min(axis=(1, 2)) >= least
@@ -307,8 +314,8 @@ class _Search:
         directions = np.random.default_rng(0).normal(size=(_DIRECTIONS, 6))
         directions /= np.linalg.norm(directions, axis=1)[:, None]
         supports = []
-        for found in places:
-            corners = primitive_wrenches(self._contacts(tuple(found)))
+        for i, found in enumerate(places):
+            corners = primitive_wrenches(self._contacts(tuple(found), [i] * len(found)))
             supports.append(np.max(corners @ directions.T, axis=1))
         bounds = np.empty(len(chosen))
         for begin in range(0, len(chosen), 4096):
@@ -319,15 +326,17 @@ class _Search:
             bounds[begin : begin + 4096] = best.min(axis=1)
         return bounds
 
-    def _contacts(self, choice: tuple[_Place, ...]) -> Contacts:
-        """Contacts in axes of the object, about its centre of mass."""
-        n = len(choice)
-        reach = torsion_length(self.scenario, self.law, self.depth)
+    def _friction(self, index: int, normal: Array) -> float:
+        """mu of a finger where the outward normal of the object is so."""
+        return friction_on(self.shape, self.faces, normal, self.materials[index])
+
+    def _contacts(self, choice: tuple[_Place, ...], fingers: Sequence[int]) -> Contacts:
+        """Contacts of these fingers in axes of the object, about its centre of mass."""
         return Contacts(
             np.array([place.point - self.centre for place in choice]),
             -np.array([place.normal for place in choice]),
-            np.full(n, self.scenario.fingertip.friction),
-            np.full(n, reach),
+            np.array([self._friction(i, place.normal) for i, place in zip(fingers, choice, strict=True)]),
+            np.array([self.lengths[i] for i in fingers]),
             size_of(self.world),
         )
 
@@ -338,9 +347,10 @@ class _Search:
             return None
         points = np.round([place.point for place in balanced], _DIGITS)
         normals = -np.array([place.normal for place in balanced]) @ self.rotation.T
+        friction = np.array([self._friction(i, place.normal) for i, place in enumerate(balanced)])
         forces = squeeze(
-            self.world, self.position + points @ self.rotation.T, normals, self.scenario.fingertip.friction,
-            self.position, self.rotation, USE, PRESSING,
+            self.world, self.position + points @ self.rotation.T, normals, friction, self.position, self.rotation,
+            USE, PRESSING,
         )  # fmt: skip
         if forces is None:
             return None
@@ -388,7 +398,7 @@ class _Search:
         """Whether all contacts are within a radius of the tip of those of a proposal."""
         mine = choice.scenario.grasp.contact_points if isinstance(choice, Proposal) else [p.point for p in choice]
         away = np.linalg.norm(np.array(mine) - np.array(other.scenario.grasp.contact_points), axis=1)
-        return bool(np.all(away < self.law.radius))
+        return bool(np.all(away < self.radius))
 
 
 def _along(joints: Array) -> Array:

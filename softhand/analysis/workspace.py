@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.analysis.chains import LINK, finger_chain, reach
-from softhand.assembly import read_law, read_world
+from softhand.assembly import read_laws, read_world
 from softhand.compiled import compiled
 from softhand.errors import GraspError
 from softhand.grasp import APEX, RIM, faces_of
@@ -90,7 +90,8 @@ class Workspace:
         faces = faces_of(world, scenario.grasp.contact_points)
         self.start = np.array([*scenario.object.position, *scenario.object.rpy])
         self.names = tuple(tip.name for tip in world.tips)
-        self._radius, self._phi_range = read_law(scenario).radius, phi_range
+        self._radius = np.array([law.radius for law in read_laws(scenario)])
+        self._phi_range = phi_range
         self._points = np.array(scenario.grasp.contact_points)
         self._normals = np.array([face.normal for face in faces])
         lower, upper = world.position_limits
@@ -102,7 +103,7 @@ class Workspace:
             gap = arm.reach(i, target, angles)
             if gap > 1e-9:
                 raise GraspError(
-                    f"{self.names[i]}: a rigid tip of {1e3 * self._radius:g} mm misses its contact at the start by "
+                    f"{self.names[i]}: a rigid tip of {1e3 * self._radius[i]:g} mm misses its contact at the start by "
                     f"{1e3 * gap:.3g} mm. Move the object, or give another grasp.joint_guess.",
                     finger=self.names[i], quantity="reach", value=gap,
                 )  # fmt: skip
@@ -124,7 +125,7 @@ class Workspace:
     def _centres(self, q_O: Array) -> Array:
         """Centres of the tips at a pose [m], shape (nc, 3)."""
         rotation = rotation_of(q_O[3:].tolist())
-        return q_O[:3] + (self._points + self._radius * self._normals) @ rotation.T
+        return q_O[:3] + (self._points + self._radius[:, None] * self._normals) @ rotation.T
 
     def judge(self, poses: ArrayLike) -> Verdicts:
         """Which poses can be held.
@@ -302,7 +303,7 @@ def _judge(
                     target[m], normal[m] = pose[m], 0.0
                     for n in range(3):
                         normal[m] += rotation[m, n] * normals[i, n]
-                        target[m] += rotation[m, n] * (points[i, n] + radius * normals[i, n])
+                        target[m] += rotation[m, n] * (points[i, n] + radius[i] * normals[i, n])
                 reached = reach(links[i], target, own, axes)
                 if not reached:
                     break

@@ -15,6 +15,9 @@ GUESSES = 6
 CLOSE = 1e-13
 """How near to 1 the use of the limit surface must then be."""
 
+MOST_NEWTON = 8
+"""Steps of the search for the displacement without shear force."""
+
 _SHALLOW = 0.005  # dr / r below which the closed form of `spin_length` would lose digits
 
 
@@ -50,10 +53,36 @@ def spin_length(pad, distance):
 
 
 @compiled
+def face_of(axes, normal):
+    """Which of the faces +x, -x, +y, -y, +z, -z of a box a normal is nearest to.
+
+    Args:
+        axes: of the box, in its columns, shape (3, 3).
+        normal: outward, in the same frame as the axes, shape (3,).
+    """
+    face, largest = 0, 0.0
+    for axis in range(3):
+        along = axes[0, axis] * normal[0] + axes[1, axis] * normal[1] + axes[2, axis] * normal[2]
+        if abs(along) > largest:
+            face, largest = 2 * axis + (1 if along < 0.0 else 0), abs(along)
+    return face
+
+
+@compiled
+def set_friction(pad, contact):
+    """Coefficients of a contact: those of the tip, or on a face with its own mu that mu and the tip's ratio of both."""
+    contact.friction, contact.static_friction = pad.friction, pad.static_friction
+    if pad.has_faces:
+        own = pad.face_friction[face_of(pad.box_rotation, contact.normal)]
+        if own > 0.0:
+            contact.friction, contact.static_friction = own, own * (pad.static_friction / pad.friction)
+
+
+@compiled
 def limit_surface_use(force, mu, length):
     """sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, tau_max = mu f_z length; 1 on the limit surface, 0 without load.
 
-    The ellipse is the usual approximation of the coupled limit; the exact curve lies up to 5 % inside.
+    The ellipse is the usual approximation of the coupled limit; the exact curve lies up to 6 % inside.
     """
     tangential = math.hypot(force[0], force[1])
     torsion = abs(force[3]) / length if length > 0.0 else (math.inf if force[3] != 0.0 else 0.0)
@@ -67,7 +96,8 @@ def limit_surface_use(force, mu, length):
 def note_slip(pads, contacts, z):
     """Make the slip of the last evaluation final: z is what stays, travel, twist and loss grow.
 
-    The loss is the slip times the mean of the forces before and after the step, so that it is of second order.
+    The loss is the slip times the mean of the forces of the law before and after the step, so that it is of second
+    order. What a tip had stored when it lets go is lost with it, though it did not slip.
 
     Args:
         pads: table `records.PAD`, shape (nc,).
@@ -86,13 +116,12 @@ def note_slip(pads, contacts, z):
         contact.is_slipping = 1 if moved and touches else 0
         if pad.slip_column >= 0:
             z[i, pad.slip_column] = contact.is_slipping
-        if moved:
-            for k in range(3):
-                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
         if contact.is_slipping:
             along_x = slip[0] / contact.theta_per_x
             contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
             contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
-        slip[:] = 0.0
         for k in range(3):
+            if moved:
+                contact.slip_loss += 0.5 * (before[k] + force[1 + k]) * slip[k]
+            slip[k] = 0.0
             before[k] = force[1 + k]

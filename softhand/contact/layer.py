@@ -7,7 +7,15 @@ import math
 from softhand.compiled import compiled
 from softhand.contact.address import call
 from softhand.contact.damping import damp
-from softhand.contact.friction import CLOSE, GUESSES, MOST_ROUNDS, limit_surface_use, spin_length
+from softhand.contact.friction import (
+    CLOSE,
+    GUESSES,
+    MOST_NEWTON,
+    MOST_ROUNDS,
+    limit_surface_use,
+    set_friction,
+    spin_length,
+)
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
 
@@ -41,6 +49,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
                 continue
             contact.is_idle = 0
         place_contact(pad, pose, base_pose, contact)
+        set_friction(pad, contact)
         contact_jacobian(pad, contact, columns[i], J, jacobian[i])
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
@@ -81,10 +90,11 @@ def _answer(pad, contact):
 @compiled
 def _let_go(contact):
     """A tip with a limit that does not touch: nothing is stored, no force, no stiffness."""
-    contact.deformation[1:] = 0.0
+    for k in range(3):
+        contact.slip[k] = contact.deformation[1 + k]
+        contact.deformation[1 + k] = 0.0
     contact.deformation_force[:] = 0.0
     contact.force[:] = 0.0
-    contact.slip[:] = 0.0
     contact.limit_surface_use = 0.0
     contact.stiffness[:] = 0.0
     contact.damping[:] = 0.0
@@ -107,18 +117,20 @@ def _rest(contact, jacobian):
 def _cut_back(pad, contact, memory):
     """Cut shear and torsion back to the limit surface if they are beyond it; `slip` is what was cut off.
 
-    All three in proportion, so that the force comes back along the ray on which it lies. The share that stays is
-    1 / use where the law is linear in them at a normal force of its own; else it is enclosed: by the same guess a few
-    times, then by false position (Illinois).
+    All three in proportion, counted from where the law has neither shear force nor torsion, so that the force comes
+    back along the ray on which it lies. The share that stays is 1 / use where the law is linear in them at a normal
+    force of its own; else it is enclosed: by the same guess a few times, then by false position (Illinois).
     """
     slip, length = contact.slip, spin_length(pad, contact.distance)
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
-    mu = pad.friction if _has_slid(pad, memory) else pad.static_friction
+    mu = contact.friction if _has_slid(pad, memory) else contact.static_friction
     contact.limit_surface_use = limit_surface_use(contact.force, mu, length)
     if contact.limit_surface_use <= 1.0 + 10.0 * CLOSE:
         return False
     a, b, c = contact.deformation[1], contact.deformation[2], contact.deformation[3]
-    use = limit_surface_use(contact.force, pad.friction, length)
+    use = limit_surface_use(contact.force, contact.friction, length)
+    a0, b0, c0 = _force_free(pad, contact, length)
+    a, b, c = a - a0, b - b0, c - c0
     kept, low, high, below, above, last = 1.0, 0.0, 1.0, math.nan, use - 1.0, 0
     for k in range(MOST_ROUNDS):
         if k < GUESSES and use < math.inf:
@@ -129,7 +141,7 @@ def _cut_back(pad, contact, memory):
             kept = 0.5 * (low + high)
         if not low < kept < high:
             kept = 0.5 * (low + high)
-        use = _use_at(pad, contact, kept * a, kept * b, kept * c, length)
+        use = _use_at(pad, contact, a0 + kept * a, b0 + kept * b, c0 + kept * c, length)
         if abs(use - 1.0) < CLOSE:
             break
         if use > 1.0:
@@ -142,10 +154,35 @@ def _cut_back(pad, contact, memory):
             last = -1
     if use > 1.0 + 10.0 * CLOSE:
         kept = low
-        use = _use_at(pad, contact, kept * a, kept * b, kept * c, length)
+        use = _use_at(pad, contact, a0 + kept * a, b0 + kept * b, c0 + kept * c, length)
     slip[0], slip[1], slip[2] = (1.0 - kept) * a, (1.0 - kept) * b, (1.0 - kept) * c
     contact.limit_surface_use = use
     return True
+
+
+@compiled
+def _force_free(pad, contact, length):
+    """The displacement at which the law has neither shear force nor torsion: zero, but for some laws of leaning tips.
+
+    By Newton's method from zero, torsion by itself. Zero where that does not come within the limit.
+    """
+    a, b, c = 0.0, 0.0, 0.0
+    force, K = contact.deformation_force, contact.derivatives
+    for _ in range(MOST_NEWTON):
+        use = _use_at(pad, contact, a, b, c, length)
+        if (force[1] == 0.0 and force[2] == 0.0 and force[3] == 0.0) or (use < CLOSE):
+            return a, b, c
+        call(pad.stiffness_function, pad.law_arguments, K)  # type: ignore[call-arg]
+        determinant = K[5] * K[10] - K[6] * K[9]
+        if not determinant > 0.0:
+            break
+        a -= (K[10] * force[1] - K[6] * force[2]) / determinant
+        b -= (K[5] * force[2] - K[9] * force[1]) / determinant
+        if K[15] > 0.0:
+            c -= force[3] / K[15]
+    if _use_at(pad, contact, a, b, c, length) < 1.0:
+        return a, b, c
+    return 0.0, 0.0, 0.0
 
 
 @compiled
@@ -153,7 +190,7 @@ def _use_at(pad, contact, first, second, third, length):
     """Use of the limit surface with so much stored; the contact is then there."""
     contact.deformation[1], contact.deformation[2], contact.deformation[3] = first, second, third
     _answer(pad, contact)
-    return limit_surface_use(contact.force, pad.friction, length)
+    return limit_surface_use(contact.force, contact.friction, length)
 
 
 @compiled
@@ -166,7 +203,7 @@ def _has_slid(pad, memory):
 def _limit_damped(pad, contact, slides):
     """The limit holds for the whole force: viscosity fills what shear and torsion of the material leave, no more."""
     force, damping, velocity = contact.force, contact.damping, contact.velocity
-    length, mu = spin_length(pad, contact.distance), pad.friction if slides else pad.static_friction
+    length, mu = spin_length(pad, contact.distance), contact.friction if slides else contact.static_friction
     use = limit_surface_use(force, mu, length)
     contact.limit_surface_use = min(use, 1.0)
     if use <= 1.0:

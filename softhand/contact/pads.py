@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.contact.friction import face_of
 from softhand.contact.records import BALL, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD, PLANE, SOLID
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
@@ -40,6 +41,13 @@ class Fingertip:
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
     """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
+    face_friction: tuple[float, ...] = ()
+    """mu on the faces +x, -x, +y, -y, +z, -z of a box in place of `friction`; 0 where that holds; empty: nowhere."""
+
+    def friction_at_start(self, axes: Array) -> float:
+        """mu on the face that the tip touches at the start; `axes` are those of the box, shape (3, 3)."""
+        own = self.face_friction[face_of(axes, self.face.normal)] if self.face_friction else 0.0
+        return own or self.friction
 
     @property
     def holds_longer(self) -> bool:
@@ -162,6 +170,7 @@ def build_pads(
         _set_solid(pad, world, fingertip.can_slip or fingertip.face.is_curved)
         _set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
+        pad["has_faces"], pad["face_friction"] = any(fingertip.face_friction), fingertip.face_friction or 0.0
     for pad, support in zip(pads[len(fingertips) :], supports, strict=True):
         pad["is_support"] = 1
         pad["joint"], pad["rotation"], pad["position"] = support.joint, support.rotation, support.position

@@ -34,6 +34,8 @@ PAD = np.dtype(
         ("friction", np.float64),  # coefficient mu, kinetic
         ("static_friction", np.float64),  # coefficient until slip begins
         ("can_slip", np.int64),  # whether friction has a limit
+        ("has_faces", np.int64),  # whether faces of the box have a friction of their own
+        ("face_friction", np.float64, 6),  # mu on +x, -x, +y, ... of the box; 0: that of the tip
         ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
         ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
         ("torsion_share", np.float64),  # the same over sqrt(r dr), or 0 for the pressure of columns
@@ -69,6 +71,8 @@ CONTACT = np.dtype(
         ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
         ("feature", np.int64),  # where on the object: 1 a face or curved surface, 2 an edge, 3 a vertex
         ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
+        ("friction", np.float64),  # coefficient mu there, kinetic
+        ("static_friction", np.float64),  # until slip begins
         ("distance", np.float64),  # R = r - dr: from the origin of F to the surface [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),

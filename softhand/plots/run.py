@@ -131,16 +131,25 @@ def _draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> 
 
 
 _ROUNDED = 1e-9  # a tip that slips is on the limit
-_MARKS = {"slip": "v", "torsional slip": "s", "slip ends": "|", "lift-off": "x", "touch": "o"}
+_MARKS = {
+    "slip": "v",
+    "torsional slip": "s",
+    "slip ends": "|",
+    "lift-off": "x",
+    "touch": "o",
+    "edge": "^",
+    "vertex": "D",
+}
 
 
 def _add_coupled(axes: Axes, recording: Recording, use: Array) -> None:
     """The use of the limit surface, dotted, and a mark on the limit for each event at a contact."""
+    events = find_events(recording)
     for i, finger in enumerate(recording.labels["contact"]):
         color = FINGERS[i % len(FINGERS)]
         axes.plot(recording.time, use[:, i], color=color, lw=1.0, ls=":")
         for kind, mark in _MARKS.items():
-            times = [event.time for event in find_events(recording) if (event.kind, event.finger) == (kind, finger)]
+            times = [event.time for event in events if (event.kind, event.finger) == (kind, finger)]
             axes.plot(times, np.ones(len(times)), mark, color=color, ms=4, zorder=ON_TOP)
 
 

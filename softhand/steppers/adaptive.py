@@ -37,7 +37,7 @@ class Adaptive(Stepper):
 class _AdaptiveIntegration(Integration):
     def __init__(self, plant: Plant, settings: Adaptive) -> None:
         super().__init__(plant)
-        self._flow, self._settings = Flow(plant), settings
+        self._plant, self._flow, self._settings = plant, Flow(plant), settings
         self._y = np.zeros(self._flow.size)
         self._first_step: float | None = None
 
@@ -46,7 +46,7 @@ class _AdaptiveIntegration(Integration):
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         flow, settings = self._flow, self._settings
-        flow.settle(state)
+        self._plant.settle(state)
         flow.gather(state, self._y)
 
         def rate(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -62,3 +62,4 @@ class _AdaptiveIntegration(Integration):
             raise FloatingPointError(message or f"more than {_MOST_SUBSTEPS} sub-steps in {settings.step:g} s")
         self._first_step = min(settings.step, float(solver.h_abs))
         flow.scatter(solver.y, state)
+        self._plant.settle(state)

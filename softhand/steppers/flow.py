@@ -22,12 +22,6 @@ class Flow:
         self._n_memory = plant.n_memory
         self.size = self._nq + self._nv + self._nc * self._n_memory
 
-    def settle(self, state: State) -> None:
-        """Make the slip of the step before final; within a step the forces obey the limit, z runs on."""
-        if self._plant.can_slip:
-            self._plant.update(state.q, state.v, state.z)
-            self._plant.note_slip(state.z)
-
     def gather(self, state: State, y: Array) -> None:
         """Write the state to y, shape (size,)."""
         for part, values in zip(self._split(y), (state.q, state.v, state.z), strict=True):

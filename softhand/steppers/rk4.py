@@ -26,13 +26,13 @@ class RungeKutta4(Stepper):
 class _RungeKuttaIntegration(Integration):
     def __init__(self, plant: Plant, step: float) -> None:
         super().__init__(plant)
-        self._flow, self._step = Flow(plant), step
+        self._plant, self._flow, self._step = plant, Flow(plant), step
         self._y, self._stage = np.zeros(self._flow.size), np.zeros(self._flow.size)
         self._slopes = np.zeros((4, self._flow.size))
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         flow, y, stage, k, h = self._flow, self._y, self._stage, self._slopes, self._step
-        flow.settle(state)
+        self._plant.settle(state)
         flow.gather(state, y)
         flow.rate(y, torque, k[0])
         for i, fraction in ((1, 0.5), (2, 0.5), (3, 1.0)):
@@ -41,3 +41,4 @@ class _RungeKuttaIntegration(Integration):
             flow.rate(stage, torque, k[i])
         y += (h / 6.0) * (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3])
         flow.scatter(y, state)
+        self._plant.settle(state)

@@ -37,8 +37,8 @@ class _EulerIntegration(Integration):
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         plant = self._plant
+        plant.settle(state)
         plant.update(state.q, state.v, state.z)
-        plant.note_slip(state.z)
         plant.acceleration(torque, self._dv)
         _move(
             plant.pads,
@@ -52,6 +52,7 @@ class _EulerIntegration(Integration):
             state.v,
             state.z,
         )
+        plant.settle(state)
 
 
 @compiled

@@ -24,6 +24,7 @@ from softhand.validation.check import Check
 from softhand.validation.rigs import BOTTOM, MU, RADIUS, Body, Carriage, Rig, make_rig, make_world, pinch, tip
 
 PAPER = {"radius": RADIUS, "k_r": 0.377e6, "k_phi": 0.166e6, "k_theta": 0.0266e9, "k_psi": 0.0488e9}
+LEAN = 0.5  # [rad]
 LAWS: tuple[Law, ...] = (
     Radial(radius=RADIUS),
     Power(radius=RADIUS),
@@ -56,26 +57,33 @@ def cut_back() -> Iterable[Check]:
     """Whatever is stored: after the return the use of the limit surface is at most 1, on the ray of what was stored."""
     rng = np.random.default_rng(3)
     for law in LAWS:
-        rig = _leaning(law, 0.0)
-        position, turn = rig.position.copy(), rotation_of((0.0, 0.5, 0.0))
-        worst = 0.0
-        for _ in range(300):
-            depth = 10 ** rng.uniform(-5.0, -2.5)
-            rig.position[:] = position - depth * turn[:, 2]
-            size = 10 ** rng.uniform(-3.0, 0.5)
-            unit = RADIUS if law.coordinates == "surface" else 1.0
-            rig.state.z[0, :3] = size * rng.normal(size=3) * (unit, unit, 1.0)
-            rig.update()
-            force, contact = rig.contact["force"], rig.contact
-            if force[2] <= 0.0:
-                use = 0.0 if np.all(force == 0.0) else math.inf
-            else:
-                use = math.hypot(
-                    math.hypot(force[0], force[1]) / (MU * force[2]),
-                    force[3] / (MU * force[2] * spin_length(rig.plant.pads[0], contact["distance"])),
-                )
-            worst = max(worst, use)
-        yield Check(f"use of the limit after the return, {type(law).__name__}", worst, 1.0, 1e-12)
+        yield Check(f"use of the limit after the return, {type(law).__name__}", _worst_use(law, rng), 1.0, 1e-12)
+    worst = _worst_use(ParallelDistributed(radius=RADIUS), rng, 0.3, math.radians(45.0))
+    yield Check("use of the limit after the return, ParallelDistributed at 45 deg, mu 0.3", worst, 1.0, 1e-12)
+
+
+def _worst_use(law: Law, rng: np.random.Generator, mu: float = MU, lean: float = LEAN) -> float:
+    """Largest use of the limit surface after the return from 300 random displacements."""
+    rig = _leaning(law, 0.0, lean, friction=mu)
+    position, turn = rig.position.copy(), rotation_of((0.0, lean, 0.0))
+    worst = 0.0
+    for _ in range(300):
+        depth = 10 ** rng.uniform(-5.0, -2.5)
+        rig.position[:] = position - depth * turn[:, 2]
+        size = 10 ** rng.uniform(-3.0, 0.5)
+        unit = RADIUS if law.coordinates == "surface" else 1.0
+        rig.state.z[0, :3] = size * rng.normal(size=3) * (unit, unit, 1.0)
+        rig.update()
+        force, contact = rig.contact["force"], rig.contact
+        if force[2] <= 0.0:
+            use = 0.0 if np.all(force == 0.0) else math.inf
+        else:
+            use = math.hypot(
+                math.hypot(force[0], force[1]) / (mu * force[2]),
+                force[3] / (mu * force[2] * spin_length(rig.plant.pads[0], contact["distance"])),
+            )
+        worst = max(worst, use)
+    return worst
 
 
 def stick() -> Iterable[Check]:
@@ -130,9 +138,9 @@ def target_a() -> Iterable[Check]:
     yield Check("target A, mu 0.6: what the limit changes", off, 0.0, 1e-12)
 
 
-def _leaning(law: Law, depth: float, **options: object) -> Rig:
-    """A box on a fixed tip that leans by 0.5 rad, as laws in polar coordinates have a pole at the apex."""
-    turn = rotation_of((0.0, 0.5, 0.0))
+def _leaning(law: Law, depth: float, lean: float = LEAN, **options: object) -> Rig:
+    """A box on a fixed tip that leans, as laws in polar coordinates have a pole at the apex."""
+    turn = rotation_of((0.0, lean, 0.0))
     world = make_world([Carriage("Z")], Body(), np.zeros(3))
     return make_rig(world, [tip(world, BOTTOM, law, **options)], turn @ (0.0, 0.0, RADIUS - depth + 0.030), turn)  # type: ignore[arg-type]
 

@@ -6,13 +6,26 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.laws.hertz import Hertz
 from softhand.laws.radial import Radial
+from softhand.steppers.adaptive import Adaptive
 from softhand.steppers.midpoint import Midpoint
+from softhand.steppers.rk4 import RungeKutta4
+from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
 from softhand.validation.rigs import IMMOVABLE, MASS, MU, RADIUS, Body, G, Rig, block, depth_of, zero_crossing
 
+Array = NDArray[np.float64]
+
+STEPPERS: dict[str, type[Stepper]] = {
+    "midpoint": Midpoint,
+    "rk4": RungeKutta4,
+    "adaptive": Adaptive,
+    "semi-implicit-euler": SemiImplicitEuler,
+}
 LAW = Radial(radius=RADIUS)
 DEPTH = depth_of(LAW, MASS * G)
 
@@ -39,6 +52,17 @@ def _slides(theta: float) -> bool:
 def stopping_distance() -> Iterable[Check]:
     """A block that slides at v0 stops after v0^2 / (2 mu g), and v0 / (mu g)."""
     speed = 0.5
+    exact = speed**2 / (2.0 * MU * G)
+    rig, stop, distance = stopped_block(Midpoint(step=1e-3), speed)
+    yield Check("stopping distance", 1e3 * distance, 1e3 * exact, 1e-3, "mm")
+    yield Check("stopping time", stop, speed / (MU * G), 1e-3, "s")
+    yield Check("slip travel until rest", 1e3 * float(rig.contact["slip_travel"]), 1e3 * exact, 1e-3, "mm")
+    loss = 0.5 * MASS * speed**2
+    yield Check("friction work until rest", 1e3 * float(rig.contact["slip_loss"]), 1e3 * loss, 1e-3, "mJ")
+
+
+def stopped_block(stepper: Stepper, speed: float = 0.5) -> tuple[Rig, float, float]:
+    """A block that slid until it stopped, when that was [s], and how far it went [m]."""
     rig = _sliding_block(speed)
     times, positions, speeds = [0.0], [0.0], [speed]
 
@@ -48,14 +72,28 @@ def stopping_distance() -> Iterable[Check]:
         speeds.append(float(rig.velocity[0]))
         return speeds[-1] <= 0.0
 
-    rig.run(Midpoint(step=1e-3), 1.0, watch)
+    rig.run(stepper, 1.0, watch)
     stop = zero_crossing(times, speeds)
-    exact = speed**2 / (2.0 * MU * G)
-    yield Check("stopping distance", 1e3 * float(np.interp(stop, times, positions)), 1e3 * exact, 1e-3, "mm")
-    yield Check("stopping time", stop, speed / (MU * G), 1e-3, "s")
-    yield Check("slip travel until rest", 1e3 * float(rig.contact["slip_travel"]), 1e3 * exact, 1e-3, "mm")
-    loss = 0.5 * MASS * speed**2
-    yield Check("friction work until rest", 1e3 * float(rig.contact["slip_loss"]), 1e3 * loss, 1e-3, "mJ")
+    return rig, stop, float(np.interp(stop, times, positions))
+
+
+def onset() -> Iterable[Check]:
+    """Dragged evenly, to the limit in the middle of a step: with every stepper slip is there at its end."""
+    depth, limit, duration = 1e-3, 0.1005, 0.12
+    normal = LAW.K * depth**2
+    for name, stepper in STEPPERS.items():
+        rig = block(depth, LAW, body=Body(mass=IMMOVABLE), gravity=np.zeros(3))
+        rig.velocity[0] = MU * normal / LAW.k_tangential / limit
+        slips: list[float] = []
+
+        def watch(time: float, rig: Rig = rig, slips: list[float] = slips) -> None:
+            if rig.contact["slip_travel"] > 0.0:
+                slips.append(time)
+
+        rig.run(stepper(step=1e-3), duration, watch)
+        way = float(rig.velocity[0]) * (duration - limit)
+        yield Check(f"slip begins, {name}", 1e3 * slips[0], 1e3 * limit, 0.5 + 1e-9, "ms", True)
+        yield Check(f"slip travel from there, {name}", 1e3 * float(rig.contact["slip_travel"]), 1e3 * way, 1e-9, "mm")
 
 
 def spin_down() -> Iterable[Check]:
@@ -128,6 +166,40 @@ def coupled_onset() -> Iterable[Check]:
         )
 
 
+def limit_curve(depth: float, count: int = 60) -> Array:
+    """Exact limit (f_t / (mu N), tau / tau_max) of the pressure of columns, from pure spin to slip, shape (count, 2).
+
+    A contact that slips as a whole turns about a point at (d, 0) of its disc; each column drags against its own way:
+
+        f_t = mu int (x - d) / s dN,   tau = mu int (x (x - d) + y^2) / s dN,   s = |(x - d, y)|
+
+    with dN = k_r (cos b - c) r^2 sin b db dg at rho = R tan b, as in `torsion_limit`.
+    """
+    c = 1.0 - depth / RADIUS
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    edge = math.acos(c)
+    b, g = 0.5 * edge * (nodes[:, None] + 1.0), 2.0 * math.pi * (np.arange(800) + 0.5) / 800
+    dN = (np.cos(b) - c) * np.sin(b) * weights[:, None] * np.ones_like(g)
+    dN /= np.sum(dN)
+    x, y = c * RADIUS * np.tan(b) * np.cos(g), c * RADIUS * np.tan(b) * np.sin(g)
+    a = RADIUS * math.sqrt(1.0 - c * c)
+    curve = []
+    for share in np.linspace(0.0, 1.0, count):
+        d = a * math.tan(0.5 * math.pi * share) if share < 1.0 else 1e6 * a
+        s = np.hypot(x - d, y)
+        curve.append((np.sum((d - x) / s * dN), np.sum((x * (x - d) + y * y) / s * dN)))
+    curve_of: Array = np.array(curve)
+    return curve_of / (1.0, float(np.sum(np.hypot(x, y) * dN)))
+
+
+def exact_curve() -> Iterable[Check]:
+    """The ellipse against the exact limit: how far it lies outside or inside, over the whole curve."""
+    for depth in (1e-3, 3e-3):
+        off = np.hypot(*limit_curve(depth).T) - 1.0
+        worst = float(off[np.argmax(np.abs(off))])
+        yield Check(f"exact limit off the ellipse, dr = {1e3 * depth:g} mm", worst, 0.0, 0.06)
+
+
 def static_and_kinetic() -> Iterable[Check]:
     """Dragged slowly: the force rises to mu_s f_z and falls to mu f_z as slip begins."""
     static, kinetic, depth = 0.7, 0.5, 1e-3
@@ -183,9 +255,11 @@ def _sliding_block(speed: float) -> Rig:
 EXPERIMENTS = (
     incline,
     stopping_distance,
+    onset,
     spin_down,
     torsion_limit,
     coupled_onset,
+    exact_curve,
     static_and_kinetic,
     hysteresis,
 )

@@ -95,8 +95,11 @@ def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str,
             yield block, panel, fingers(values)
     if is_coulomb(recording):
         use = recording["limit_surface_use"]
+        slips = recording["is_slipping"][samples] != 0
         panel = {"title": "limit-surface use", "unit": "-", "least": 0.5, **_use_panel(use)}
-        yield "Contact forces", panel, fingers(use)
+        panel["note"] = panel["note"] or ("slip is marked" if slips.any() else "")
+        marked = zip(fingers(use), slips.T, strict=True)
+        yield "Contact forces", panel, [{**one, "marks": np.flatnonzero(slip).tolist()} for one, slip in marked]
     yield from _torques(recording, samples, curve)
 
 

@@ -46,6 +46,20 @@ def test_the_command_writes_what_it_found(monkeypatch: pytest.MonkeyPatch, tmp_p
     assert rows[3] == "| bad | 1.002 | 1 | 0.001 | m | NO |"
 
 
+def test_the_page_has_the_table_of_the_command() -> None:
+    """Names, exact numbers, tolerances and units in docs/validation.md are those of a run now; all checks pass."""
+    page = (Path(__file__).parents[2] / "docs" / "validation.md").read_text()
+    lines = page[page.index("| check |") :].split("\n\n")[0].splitlines()[2:]
+    written = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in lines]
+    checks = [check for _, check in table.run_checks()]
+    assert [row[0] for row in written] == [check.name for check in checks]
+    for row, check in zip(written, checks, strict=True):
+        name, measured, exact, allowed, unit, verdict = (*row[:4], "", row[4]) if len(row) == 5 else row
+        assert (allowed, unit, verdict, check.passed) == (f"{check.allowed:.2g}", check.unit, "yes", True), name
+        assert abs(float(exact) - check.exact) <= max(check.allowed, 1e-9 * abs(check.exact)), name
+        assert abs(float(measured) - check.exact) <= check.allowed + 1e-9 * abs(check.exact), name
+
+
 def test_every_theme_is_in_the_table() -> None:
     """No experiment is left out, none counts twice."""
     themes = (table.sliding, table.rolling, table.pressing, table.motion, table.holding)
