@@ -34,7 +34,7 @@ def find_nearest(pad, pose, base_pose, contact):
         _meet_shape(pad, base_pose, contact)
     else:
         _meet_box(pad, base_pose, contact)
-    if abs(contact.distance) < _POLE * pad.radius:
+    if not pad.is_support and abs(contact.distance) < _POLE * pad.radius:
         contact.distance = math.copysign(_POLE * pad.radius, contact.distance)
 
 
