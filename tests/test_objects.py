@@ -179,11 +179,12 @@ def test_corners_are_the_farthest_points() -> None:
             np.testing.assert_allclose(shape.nearest(corner)[0], corner, atol=1e-12)
 
 
-def test_what_rolls_cannot_stand() -> None:
-    """A ball and an ellipsoid say so."""
-    for name in ("sphere", "ellipsoid"):
-        with pytest.raises(ModelError, match="cannot stand on a table"):
-            SHAPES[name].corners()
+def test_a_ball_stands_as_it_is_and_an_ellipsoid_not_at_all() -> None:
+    """On its centre with its own radius; an ellipsoid says so."""
+    ball = SHAPES["sphere"]
+    assert ball.corner_radius == ball.radius and np.array_equal(ball.corners(), [ball.centre])
+    with pytest.raises(ModelError, match="cannot stand on a table"):
+        SHAPES["ellipsoid"].corners()
 
 
 @every_shape
