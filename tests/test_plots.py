@@ -30,6 +30,7 @@ def invented(contacts: int = 3, joints: int = 3, samples: int = SAMPLES, **chang
         "joint": tuple(f"finger_{i}_joint_{j + 1}" for i in fingers for j in range(joints)),
         "contact": tuple(f"finger_{i}_tip" for i in fingers),
         "pair": tuple(f"{i}{j}" for i, j in combinations(fingers, 2)),
+        "support": ("palm 1",),
     }
     sizes = {dim: len(names) for dim, names in {**labels, **COMPONENTS}.items()}
     time, rng = np.linspace(0.0, 2.0, SAMPLES)[:samples], np.random.default_rng(contacts)

@@ -40,6 +40,7 @@ from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 from softhand.validation.rigs import MU, RADIUS, RIGHT, Body, Carriage, G, Rig, make_rig, make_world, tip
+from softhand.viewer.scene import RecordedScene
 
 MASS = 0.2  # [kg]
 SIZE = (0.056, 0.036, 0.060)  # [m]
@@ -449,6 +450,19 @@ def test_corners_that_meet_the_table_together_are_one_event(lowered: Recording) 
     assert any(event["finger"] == "table" and event["text"].endswith("corners") for event in touches)
     for one, other in pairwise(event for event in touches if event["kind"] == "touch"):
         assert other["time"] > one["time"] + 0.005
+
+
+def test_the_table_is_drawn_where_it_is(lowered: Recording) -> None:
+    """The slab has its top at the table's height, below where the object started."""
+    scene = RecordedScene(lowered)
+    slab, update = next(
+        (item, update) for item, update in zip(scene.items, scene.frame(0), strict=True) if item.name == "table/slab"
+    )
+    corners = slab.vertices @ update.pose[:3, :3].T + update.pose[:3, 3]
+    assert corners[:, 2].max() == pytest.approx(0.110, abs=1e-8)
+    middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    np.testing.assert_allclose(middle[:2], lowered.object_position[0, :2], atol=1e-8)
+    assert "table" in scene.layers
 
 
 def test_check_says_what_may_touch_and_warns_of_an_object_in_the_table() -> None:

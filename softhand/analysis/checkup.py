@@ -74,10 +74,10 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_target(scenario, world),
     ]
     start = [
-        *_touch_rows(simulation.plant),
         *_tip_rows(seen, world),
         *_joint_rows(simulation, world),
         *_step_rows(scenario, stepper, frequency),
+        *_touch_rows(simulation.plant),
     ]
     return Checkup(_values(simulation.scenario), start, warnings, frequency)
 

@@ -66,7 +66,6 @@ def pack_film(
         RecordingError: the recording lacks what a picture needs.
     """
     scene = RecordedScene(recording, scales)
-    used = {item.layer for item in scene.items}
     frames = frames_of(recording, rate, most)
     updates: list[Sequence[Update]] = []
     for done, k in enumerate(frames):
@@ -75,7 +74,7 @@ def pack_film(
     return {
         "times": store.add(recording.time[frames], "f4"),
         "bounds": scene.bounds.plain(),
-        "layers": [{"key": key, "title": title, "shown": True} for key, title in scene.layers.items() if key in used],
+        "layers": [{"key": key, "title": title, "shown": True} for key, title in scene.layers.items()],
         "legend": [
             {"text": entry.text, "colors": entry.colours, "layer": entry.layer, "ends": entry.ends}
             for entry in scene.legend

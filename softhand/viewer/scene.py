@@ -119,13 +119,11 @@ class Scene:
     """A grasp to be drawn.
 
     Attributes:
-        layers: title of each layer by its key.
+        layers: title of each layer with anything in it, by its key.
         items: everything in the picture.
         legend: what the colours mean.
         unread: meshes of the URDFs that could not be read; they are left out.
     """
-
-    layers = LAYERS
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         unit = max(cast.radii)
@@ -153,6 +151,8 @@ class Scene:
         if cast.table is not None:
             self._parts.insert(0, Table(*cast.table, unit))
         self.items: list[Item] = [item for part in self._parts for item in part.items]
+        used = {item.layer for item in self.items}
+        self.layers = {key: title for key, title in LAYERS.items() if key in used}
         self.legend = _legend(scales)
 
     def draw(self, moment: Moment, path: Array) -> list[Update]:

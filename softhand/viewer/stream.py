@@ -23,12 +23,11 @@ def describe(scene: Scene, bounds: Bounds, title: str, duration: float | None) -
         title: shown above the picture.
         duration: of a replay [s], which can be stopped and wound; None for a run that goes on.
     """
-    used = {item.layer for item in scene.items}
     return {
         "title": title,
         "duration": duration,
         "bounds": bounds.plain(),
-        "layers": [{"key": key, "title": name, "shown": True} for key, name in scene.layers.items() if key in used],
+        "layers": [{"key": key, "title": name, "shown": True} for key, name in scene.layers.items()],
         "legend": [
             {"text": e.text, "colors": [_css(c) for c in e.colours], "ends": list(e.ends), "layer": e.layer}
             for e in scene.legend
