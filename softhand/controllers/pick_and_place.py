@@ -98,7 +98,7 @@ class PickAndPlace(Controller):
             gap = 1e3 * -float(seen.deformation[i, 0])
             what = "lost the object" if memory.holds else "does not reach the object"
             raise _given_up(
-                seen, f"{seen.tip_names[i]} {what}: it has been {gap:.3g} mm off for more than {self.patience:g} s"
+                seen, f"{seen.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting"
             )
         away = float(np.linalg.norm(seen.object_position - seen.desired.coordinates[:3]))
         if away > self.lost:
