@@ -76,6 +76,7 @@ def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None =
 def _table(cls: type[BaseModel]) -> Schema:
     """A table of settings: its keys with types, limits, defaults and what the docstring says."""
     schema = cls.model_json_schema()
+    schema["properties"] = _inlined(schema["properties"], schema.get("$defs", {}))
     notes = field_notes(cls)
     properties = {
         name: _without_null({word: value for word, value in schema["properties"][name].items() if word != "title"})
@@ -90,6 +91,16 @@ def _table(cls: type[BaseModel]) -> Schema:
         "required": schema.get("required", []),
         "additionalProperties": False,
     }
+
+
+def _inlined(value: Any, tables: Schema) -> Any:
+    """The value with every reference to one of the tables replaced by that table."""
+    if isinstance(value, list):
+        return [_inlined(item, tables) for item in value]
+    if not isinstance(value, dict):
+        return value
+    name = str(value.get("$ref", "")).removeprefix("#/$defs/")
+    return {key: _inlined(item, tables) for key, item in {**value, **tables.get(name, {})}.items() if key != "$ref"}
 
 
 def _without_null(value: Schema) -> Schema:
