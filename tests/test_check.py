@@ -17,7 +17,7 @@ from softhand.assembly import build
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.plugins import SHIPPED, find_plugin
 from softhand.scenario import load_scenario, with_law
-from softhand.scenario_file import find_scenario, scenario_names, tomllib
+from softhand.scenario_file import find_scenario, resolve_path, scenario_names, tomllib
 from softhand.schema import scenario_schema
 from softhand.settings import field_notes, unit_of
 
