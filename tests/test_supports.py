@@ -91,7 +91,7 @@ def test_a_box_at_rest_sinks_by_its_weight_over_the_stiffness_and_stays() -> Non
 
 @pytest.mark.parametrize("slope", [0.0, 0.15])
 def test_a_ball_rests_on_the_table_or_rolls_down_it(slope: float) -> None:
-    """It sinks by m g cos / k, and rolls at g sin / (1 + I / (m R^2)) with R what is left of r, or stays where it is."""
+    """It sinks by m g cos / k, and rolls at g sin / (1 + I / (m R^2)) R what is left of r, or stays as it is."""
     gravity = G * np.array([math.sin(slope), 0.0, -math.cos(slope)])
     world = make_world([Carriage("y", (1.0, 0.0, 1.0), mass=1.0, inertia=1.0)],
                        Body(MASS, (0.4 * MASS * 0.03**2,) * 3, SIZE), gravity)  # fmt: skip
