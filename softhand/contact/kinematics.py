@@ -23,12 +23,12 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         jacobian: set, shape (width, 4).
     """
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
-    R = contact.rotation
+    R, own = contact.rotation, pad.own
     for a in range(columns.shape[0]):
         column = columns[a]
         if column < 0:
             break
-        sign = 1.0 if a < pad.own else -1.0
+        sign = 1.0 if a < own else -1.0
         wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
         vx = sign * J[0, column] + wy * pz - wz * py
         vy = sign * J[1, column] + wz * px - wx * pz
