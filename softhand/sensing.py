@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from softhand.compiled import compiled, prepared
+from softhand.contact.damping import forbid_pull
 from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.kinematics import contact_coordinates, move_contacts
 from softhand.contact.layer import evaluate_contacts
@@ -66,6 +67,7 @@ def _observe(
         at[0] = math.nan
     elif is_at(q, v, z, at):
         move_contacts(columns, contacts, contact_columns, v)
+        forbid_pull(pads, contacts)
     else:
         return False
     gravity_forces(bodies, acceleration, poses, J, moments, gravity)
@@ -130,6 +132,9 @@ def _describe_contacts(
         limit = contact.friction * max(f[2], 0.0)
         tangential = math.hypot(f[0], f[1])
         friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
+        if pads[i].can_slip and pads[i].is_damped:  # the limit was kept before viscosity followed the velocity
+            most = contact.limit_surface_use * contact.static_friction / contact.friction
+            friction_use[i] = min(friction_use[i], most)
         if not pads[i].can_slip:
             length = spin_length(pads[i], contact.distance)
             contact.limit_surface_use = limit_surface_use(f, contact.friction, length)

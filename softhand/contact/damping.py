@@ -67,6 +67,17 @@ def _remember(pad, contact, memory, lead):
 
 
 @compiled
+def forbid_pull(pads, contacts):
+    """Viscosity pulls nowhere, after `move_contacts` to another velocity."""
+    for i in range(contacts.shape[0]):
+        force = contacts[i].force
+        if pads[i].is_damped and force[2] <= 0.0:
+            force[2] = 0.0
+            if pads[i].can_slip:
+                force[0], force[1], force[3] = 0.0, 0.0, 0.0
+
+
+@compiled
 def relax(pads, contacts, step, z):
     """w of each relaxation for h on, towards the forces of the last evaluation; exact if these are constant."""
     for i in range(contacts.shape[0]):
