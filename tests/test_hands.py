@@ -166,7 +166,7 @@ def held_over_the_palm(squeeze: float, palm: bool) -> Recording:
 
 @needs_robots
 def test_a_palm_carries_what_a_small_squeeze_cannot() -> None:
-    """A firm squeeze leaves the pad unloaded; one that slips puts part of the weight on it, and without it the box falls.
+    """A firm squeeze leaves the pad unloaded, one that slips puts part of the weight on it; without it the box falls.
 
     Fingers and palm together carry m g.
     """
