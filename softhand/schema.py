@@ -93,9 +93,10 @@ def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None =
 def _table(cls: type[BaseModel]) -> Schema:
     """A table of settings: its keys with types, limits, defaults and what the docstring says."""
     schema = cls.model_json_schema()
+    schema["properties"] = _inlined(schema["properties"], schema.get("$defs", {}))
     notes = field_notes(cls)
     properties = {
-        name: _without_null(_inlined({word: v for word, v in schema["properties"][name].items() if word != "title"}))
+        name: _without_null({word: value for word, value in schema["properties"][name].items() if word != "title"})
         for name in cls.model_fields
     }
     for name, note in notes.items():
@@ -109,13 +110,17 @@ def _table(cls: type[BaseModel]) -> Schema:
     }
 
 
-def _inlined(value: Any) -> Any:
-    """Tables of `softhand.scenario` in place of references to them."""
-    if isinstance(value, dict) and "$ref" in value:
-        return _table(getattr(scenario, value["$ref"].removeprefix("#/$defs/")))
-    if isinstance(value, dict):
-        return {word: _inlined(part) for word, part in value.items()}
-    return [_inlined(part) for part in value] if isinstance(value, list) else value
+def _inlined(value: Any, tables: Schema) -> Any:
+    """The value with every reference to a table replaced by it; those of `softhand.scenario` with their notes."""
+    if isinstance(value, list):
+        return [_inlined(part, tables) for part in value]
+    if not isinstance(value, dict):
+        return value
+    if "$ref" in value:
+        name = value["$ref"].removeprefix("#/$defs/")
+        section = getattr(scenario, name, None)
+        return _table(section) if section else _inlined(tables[name], tables)
+    return {word: _inlined(part, tables) for word, part in value.items()}
 
 
 def _without_null(value: Schema) -> Schema:

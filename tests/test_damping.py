@@ -271,7 +271,7 @@ def test_a_law_may_bring_its_own_damping() -> None:
         ({"name": "fung", "shares": [0.7, 0.4]}, r"fingertip\.damping\.shares: got \[0\.7, 0\.4\].*sum < 1"),
         ({"name": "fung", "rates": [1.0, 0.0]}, r"fingertip\.damping\.rates: got \[1\.0, 0\.0\].*> 0"),
         ({"name": "fung", "shares": [0.1]}, "one length"),
-        ({"radial": 1.0}, r"fingertip\.damping: got .*a table with the keys name"),
+        ({"radial": 1.0}, r"fingertip\.damping\.name: missing; it must be text"),
     ],
 )
 def test_wrong_settings_are_named(table: dict[str, object], words: str) -> None:

@@ -15,8 +15,9 @@ from energy import ring
 from hands import REPOSITORY, Array, Task, numerical_jacobian, random_state, start_acceleration
 from test_contact import coordinates_along, observe, slip_coordinates, slipping
 
+from softhand.analysis.invariant_set import examine_run
 from softhand.assembly import build, read_grasp, read_law, read_world, simulate
-from softhand.errors import GraspError, ModelError, SimulationStopped
+from softhand.errors import GraspError, ModelError, SimulationStopped, SofthandError
 from softhand.grasp import faces_of
 from softhand.model.configuration import rotation_of
 from softhand.model.shapes.box import Box
@@ -179,11 +180,12 @@ def test_corners_are_the_farthest_points() -> None:
             np.testing.assert_allclose(shape.nearest(corner)[0], corner, atol=1e-12)
 
 
-def test_what_rolls_cannot_stand() -> None:
-    """A ball and an ellipsoid say so."""
-    for name in ("sphere", "ellipsoid"):
-        with pytest.raises(ModelError, match="cannot stand on a table"):
-            SHAPES[name].corners()
+def test_a_ball_stands_as_it_is_and_an_ellipsoid_not_at_all() -> None:
+    """On its centre with its own radius; an ellipsoid says so."""
+    ball = SHAPES["sphere"]
+    assert ball.corner_radius == ball.radius and np.array_equal(ball.corners(), [ball.centre])
+    with pytest.raises(ModelError, match="cannot stand on a table"):
+        SHAPES["ellipsoid"].corners()
 
 
 @every_shape
@@ -543,3 +545,13 @@ def test_the_energy_closes_on_a_can() -> None:
     drifts = [ring(task, RungeKutta4(step=step), 0.2, every=4e-3).drift for step in (2e-4, 1e-4)]
     assert drifts[1] < 1e-7
     assert drifts[0] > 8.0 * drifts[1]
+
+
+def test_what_needs_plane_faces_says_so() -> None:
+    """The pose from joints and forces alone, and L of (60), are refused on a can."""
+    own = {"name": "finger-only", **load_scenario("finger-only").controller.parameters}
+    with pytest.raises(SofthandError, match="computed from its plane faces alone"):
+        simulate(load_scenario("can", {"controller": own, "duration": 0.01}))
+    run = simulate(load_scenario("can", {"duration": 0.01}))
+    with pytest.raises(ModelError, match=r"L of \(60\) is written for plane faces"):
+        examine_run(run)

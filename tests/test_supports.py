@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -29,6 +30,7 @@ from softhand.laws.hertz import Hertz
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.laws.radial import Radial
+from softhand.model.shapes.sphere import Sphere
 from softhand.plant import Plant, State
 from softhand.recording import Recording
 from softhand.references import Step
@@ -85,6 +87,25 @@ def test_a_box_at_rest_sinks_by_its_weight_over_the_stiffness_and_stays() -> Non
     rest.run(Midpoint(step=1e-3), 1.0)
     np.testing.assert_allclose(rest.state.q, start, atol=1e-12)
     np.testing.assert_allclose(forces_on_object(rest).sum(axis=0), [0.0, 0.0, MASS * G], atol=1e-9)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.15])
+def test_a_ball_rests_on_the_table_or_rolls_down_it(slope: float) -> None:
+    """It sinks by m g cos / k, and rolls at g sin / (1 + I / (m R^2)) R what is left of r, or stays as it is."""
+    gravity = G * np.array([math.sin(slope), 0.0, -math.cos(slope)])
+    world = make_world([Carriage("y", (1.0, 0.0, 1.0), mass=1.0, inertia=1.0)],
+                       Body(MASS, (0.4 * MASS * 0.03**2,) * 3, SIZE), gravity)  # fmt: skip
+    away = tip(world, RIGHT)
+    world = replace(world, shape=Sphere(np.eye(3), np.zeros(3), 0.03))
+    supports = corners_on_table(world, table_plane(0.0, (0.0, 0.0, 1.0)), MU, K, C)
+    sink = MASS * G * math.cos(slope) / K
+    rig = make_rig(world, [away], (0.0, 0.0, 0.03 - sink), None, supports)
+    rig.run(Midpoint(step=1e-3), 0.5)
+    assert rig.position[2] == pytest.approx(0.03 - sink, abs=1e-8 if slope else 1e-12)
+    speed = 0.5 * G * math.sin(slope) / (1.0 + 0.4 * (0.03 / (0.03 - sink)) ** 2)
+    assert rig.position[0] == pytest.approx(0.25 * speed, rel=1e-4, abs=1e-12)
+    assert np.linalg.norm(rig.velocity[:3]) == pytest.approx(speed, rel=2e-4, abs=1e-12)
+    assert np.linalg.norm(rig.velocity[3:]) == pytest.approx(speed / (0.03 - sink), rel=2e-4, abs=1e-9)
 
 
 def test_the_plane_has_a_normal_and_a_height() -> None:

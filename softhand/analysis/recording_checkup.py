@@ -46,7 +46,7 @@ def check_recording(recording: Recording) -> RecordingCheckup:
     """Look at the arrays of a recording, at its scenario and at its energy ledger."""
     errors = [*_empty(recording), *_not_numbers(recording), *_time(recording), *_rotations(recording)]
     rows, warnings = _rows(recording), list(_end(recording))
-    missing = [name for name in VARIABLES if name not in recording.variables]
+    missing = [name for name in _expected(recording) if name not in recording.variables]
     if missing:
         warnings.append(f"it has no {', '.join(missing)}: what is drawn or computed from them is not to be had.")
     if len(recording):
@@ -66,6 +66,12 @@ def check_recording(recording: Recording) -> RecordingCheckup:
     return RecordingCheckup(rows, errors, warnings)
 
 
+def _expected(recording: Recording) -> list[str]:
+    """All arrays that a run with such contacts records."""
+    has_supports = "support" in recording.labels
+    return [name for name, variable in VARIABLES.items() if has_supports or "support" not in variable.dims]
+
+
 def _rows(recording: Recording) -> list[tuple[str, str]]:
     time = recording.time
     labels = [f"{len(names)} {dim}s" for dim, names in recording.labels.items()]
@@ -74,7 +80,7 @@ def _rows(recording: Recording) -> list[tuple[str, str]]:
         ("version", recording.version + ("" if recording.version == __version__ else f", this is {__version__}")),
         ("samples", f"{len(recording)}" + (f", {time[0]:g} to {time[-1]:g} s" if len(time) else "")),
         ("of", ", ".join(labels)),
-        ("variables", f"{len(recording.variables)} of {len(VARIABLES)}"),
+        ("variables", f"{len(recording.variables)} of {len(_expected(recording))}"),
     ]
     if recording.hand_urdf and recording.object_urdf:
         rows.append(("URDFs", "of hand and object are in it"))

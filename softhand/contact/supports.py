@@ -48,7 +48,7 @@ def spring(stiffness: float, tangential: float | None = None, torsional: float =
 
 
 def corners_on_table(world: World, plane: Face, friction: float, stiffness: float, damping: float) -> list[Support]:
-    """Each corner of the object as a point that may meet the table.
+    """Each corner of the object as a point that may meet the table; a ball as it is.
 
     Args:
         world: with the object.
@@ -65,7 +65,7 @@ def corners_on_table(world: World, plane: Face, friction: float, stiffness: floa
             friction=friction,
             joint=world.object_joint,
             position=corner,
-            radius=0.0,
+            radius=world.shape.corner_radius,
             base=WORLD,
             shape=plane,
             damping=material,
@@ -210,4 +210,4 @@ def pad_on_hand(
 def depth_in_table(world: World, plane: Face, position: ArrayLike, rotation: NDArray[np.float64]) -> float:
     """How deep the lowest corner of the object lies in the table [m]; negative above it."""
     corners = world.shape.corners() @ rotation.T + np.asarray(position, dtype=float)
-    return float(np.max(plane.offset - corners @ plane.normal))
+    return float(np.max(plane.offset - corners @ plane.normal)) + world.shape.corner_radius

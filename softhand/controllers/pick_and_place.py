@@ -44,6 +44,7 @@ class PickAndPlace(Controller):
         K_O_orientation: as in `regulation` [N m/rad].
         K_v: joint damping [N m s/rad], one number or n.
         K_N: as in `regulation`.
+        K_posture: as in `regulation`, towards the open fingers of the start [N m/rad].
     """
 
     touch_force: Positive = 0.3
@@ -56,6 +57,7 @@ class PickAndPlace(Controller):
     K_O_orientation: Gain = 0.3
     K_v: Gain = 0.005
     K_N: Gain = 1.5
+    K_posture: Gain = 0.0
 
     def start(self, observation: Observation) -> Any:
         """Law (59) on a view of the observation with a weight of its own; all tips free, at their feet."""
@@ -98,7 +100,7 @@ class PickAndPlace(Controller):
             gap = 1e3 * -float(seen.deformation[i, 0])
             what = "lost the object" if memory.holds else "does not reach the object"
             raise _given_up(
-                seen, f"{seen.tip_names[i]} {what}: it has been {gap:.3g} mm off for more than {self.patience:g} s"
+                seen, f"{seen.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting"
             )
         away = float(np.linalg.norm(seen.object_position - seen.desired.coordinates[:3]))
         if away > self.lost:

@@ -61,11 +61,16 @@ class Shape(ABC):
 
     @abstractmethod
     def corners(self) -> Array:
-        """Points of the object frame that can stand on a plane [m], shape (n, 3).
+        """Points of the object frame on which it can stand on a plane [m], shape (n, 3); balls of `corner_radius`.
 
         Raises:
-            ModelError: a few points do not do, for the shape rolls.
+            ModelError: a few of them do not do.
         """
+
+    @property
+    def corner_radius(self) -> float:
+        """[m]"""
+        return 0.0
 
     @abstractmethod
     def surface_points(self, count: int) -> tuple[Array, Array]:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from softhand.errors import ModelError
 from softhand.model.shapes.ellipsoid import chart_on
 from softhand.model.shapes.shape import FACE, OWN, Array, CurvedShape, fibonacci_sphere, point_of, set_vector
 
@@ -42,8 +41,13 @@ class Sphere(CurvedShape):
         chart_on(data, data[OWN], data[OWN], data[OWN], io)
 
     def corners(self) -> Array:
-        """None will do."""
-        raise ModelError(f"a ball of {1e3 * self.radius:g} mm has no corners; it cannot stand on a table yet.", file="")
+        """Its centre."""
+        return self.centre[None]
+
+    @property
+    def corner_radius(self) -> float:
+        """Its own."""
+        return self.radius
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Along a spiral."""
