@@ -13,8 +13,10 @@ from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
 from softhand import Controller, GraspError, ModelError, Recording, ScenarioError, build, load_scenario, simulate
+from softhand.analysis.recording_checkup import check_recording
 from softhand.analysis.summary import summarize
 from softhand.cli import app
+from softhand.comparison import pairs
 from softhand.controllers.regulation import Regulation
 from softhand.hands import known_hands
 from softhand.model.configuration import rotation_of
@@ -211,6 +213,20 @@ def test_gripper_regulates_what_its_joints_can_do(contact: str) -> None:
     assert np.linalg.matrix_rank(seen.J_CF_f, tol=1e-9) == 2
     wrench = np.array([0.0, 0.3, -0.2, 0.01, 0.02, -0.03])  # nothing along x
     assert_allclose(seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T) @ wrench, 0.0, atol=1e-9)
+
+
+def test_a_recording_at_the_apex_is_not_doubted() -> None:
+    """Flat jaws touch at the pole of theta, where eta' is no number: no error of the recording."""
+    run = simulate(load_scenario("gripper", {"duration": 0.01}))
+    assert not np.isfinite(run.contact_coordinates_rate).all()
+    assert not check_recording(run).errors
+
+
+def test_only_laws_that_are_given_enough_are_compared() -> None:
+    """A scenario without k_theta is not compared with the law that needs it; one with it is."""
+    laws = {law for law, _ in pairs(load_scenario("gripper"))}
+    assert "nakashima" not in laws and {"conservative", "radial"} <= laws
+    assert {"nakashima", "conservative"} <= {law for law, _ in pairs(load_scenario("target-a"))}
 
 
 # ---------------------------------------------------------------------------------------------------- redundant control
