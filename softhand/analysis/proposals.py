@@ -239,7 +239,7 @@ class _Search:
                 continue
             self._tip(index, columns, angles)
             joints = skeleton(self.world, self.arm, index)[-len(columns) - 1 :]
-            if not self._is_clear(joints, folds=np.count_nonzero(~self.slides[columns]) > 1):
+            if not self._is_clear(joints, folds=bool(np.count_nonzero(~self.slides[columns]) > 1)):
                 continue
             return _Place(at, n, angles, _along(joints))
         return None
