@@ -151,7 +151,15 @@ def pairs(
         return list(product(laws or [law], controllers or [controller]))
     work = LINE_OF_WORK + (FOR_TWO if len(task.hand.tips) == 2 else FOR_MORE)
     first = [(law, name) for name in dict.fromkeys([controller, *work])]
-    return first + [(other, controller) for other in LAWS if other != law]
+    given = {"radius", *task.fingertip.parameters}
+    able = [other for other in LAWS if not _needed(other) - given]
+    return first + [(other, controller) for other in able if other != law]
+
+
+def _needed(law: str) -> set[str]:
+    """Parameters of a law that have no default."""
+    fields = find_plugin("laws", law, "fingertip.law").model_fields
+    return {name for name, field in fields.items() if field.is_required()}
 
 
 def draw(rows: Sequence[Row], title: str) -> Figure:

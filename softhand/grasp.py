@@ -250,8 +250,14 @@ def reach_point(
     """Set the joints of one finger so that its tip frame is at a point; see `Arm.reach` for the wish.
 
     Raises:
-        GraspError: that is out of reach.
+        GraspError: that is out of reach, or no joint moves this tip alone.
     """
+    if not arm.own_columns(index):
+        name = arm.world.tips[index].name
+        raise GraspError(
+            f"{name}: no joint moves this tip without another one. Give each tip a finger of its own in hand.tips.",
+            finger=name, quantity="joints", value=0,
+        )  # fmt: skip
     gap = arm.reach(index, target, angles, wish)
     if gap > REACHED:
         name, joints = arm.world.tips[index].name, len(arm.own_columns(index))

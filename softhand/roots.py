@@ -35,7 +35,8 @@ def find_root(
         tolerance: length of the excess that counts as zero.
 
     Returns:
-        The best point found, and the length of the excess there: above `tolerance` there is no root in reach.
+        The best point found, and the length of the excess there: above `tolerance` there is no root in reach. It is
+        infinite where the excess is not a number at any start.
     """
     starts = list(starts)
     point = _newton(excess, slope, starts[0])
@@ -47,7 +48,10 @@ def find_root(
     best, least = starts[0], math.inf
     for start in starts:
         inside = np.clip(start, lower + 1e-9, upper - 1e-9)
-        found = least_squares(excess, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        try:
+            found = least_squares(excess, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        except (ValueError, np.linalg.LinAlgError):  # not a number, here or on the way
+            continue
         polished = _newton(excess, slope, found)  # to the last digit, which the trust region leaves
         for point in (found, polished):
             left = float(np.linalg.norm(excess(point)))

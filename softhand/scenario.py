@@ -241,7 +241,7 @@ class TableSection(Settings):
     @field_validator("normal")
     @classmethod
     def _normal_has_a_direction(cls, normal: Vector3) -> Vector3:
-        if not math.hypot(*normal) > 0.0:
+        if not math.hypot(*normal) > 1e-100:
             raise ValueError("a normal needs a direction, such as [0, 0, 1].")
         return normal
 

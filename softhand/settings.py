@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import inspect
 import json
+import math
 import re
 import types
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,6 +21,9 @@ NonNegative: TypeAlias = Annotated[float, Field(ge=0)]
 Vector3: TypeAlias = tuple[float, float, float]
 Vector: TypeAlias = Annotated[tuple[float, ...], Field(min_length=1)]
 Gain: TypeAlias = NonNegative | Annotated[tuple[NonNegative, ...], Field(min_length=1)]
+
+_LARGEST = 1e15
+"""Beyond it a square or a product soon is no number any more; no quantity of a hand comes near it in SI units."""
 
 _SettingsT = TypeVar("_SettingsT", bound="Settings")
 
@@ -39,7 +43,13 @@ class Settings(BaseModel):
     @classmethod
     def _freeze_arrays(cls, value: Any, info: ValidationInfo) -> Any:
         annotation = cls.model_fields[info.field_name].annotation if info.field_name else None
-        return value if get_origin(annotation) is list else frozen(value)
+        if get_origin(annotation) is list:
+            return value
+        value = frozen(value)
+        for number in _numbers_in(value):
+            if _LARGEST < abs(number) < math.inf:  # pydantic tells of infinity
+                raise ValueError(f"{number:g} is larger than {_LARGEST:g}; give SI units.")
+        return value
 
 
 def frozen(value: Any) -> Any:
@@ -51,6 +61,15 @@ def frozen(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: frozen(item) for key, item in value.items()}
     return value
+
+
+def _numbers_in(value: Any) -> Iterator[float]:
+    """The numbers of an array; those of tables are looked at where these are read."""
+    if isinstance(value, tuple):
+        for item in value:
+            yield from _numbers_in(item)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield value
 
 
 def read_settings(cls: type[_SettingsT], table: Mapping[str, Any], path: str) -> _SettingsT:

@@ -16,6 +16,7 @@ from test_recording import recording
 from softhand.assembly import build
 from softhand.errors import RecordingError, ScenarioError, SofthandError
 from softhand.recording import Recording
+from softhand.roots import find_root
 from softhand.scenario import load_scenario
 from softhand.scenario_file import find_scenario
 
@@ -110,6 +111,41 @@ def test_a_start_is_refused_or_finite(changes: dict[str, object]) -> None:
     except SofthandError:
         return
     assert np.isfinite(simulation.state.q).all() and np.isfinite(simulation.torque).all()
+
+
+PLACED = {"frame": "finger_1_tip", "name": "y"}
+BALL = {"frame": "palm", "position": [0.0, 0.0, 0.0], "radius": 1e300, "friction": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("ball", {"object.ellipsoid": [1e300] * 3}, r"object\.ellipsoid: .*larger than 1e\+15"),
+        ("target-a", {"object.mass": 10**40}, r"object\.mass: .*larger than 1e\+15"),
+        ("prism", {"palm": [BALL]}, r"palm: .*larger than 1e\+15"),
+        (
+            "grasp-and-lift",
+            {"fingertip.tips.finger_1_tip.radius": 1e300},
+            r"finger_1_tip\.radius: .*larger than 1e\+15",
+        ),
+        ("grasp-and-lift", {"fingertip.radius": 10}, r"fingertip\.radius: got 10, .* <= 1"),
+        ("grasp-and-lift", {"fingertip.k_r": 1e15}, r"law 'Nakashima' away from the object.*larger than 1e\+15"),
+        ("grasp-and-lift", {"table.normal": [1e-300] * 3}, "a normal needs a direction"),
+        ("can", {"hand.tips": ["finger_1_tip", "finger_2_tip", PLACED]}, "no joint moves this tip without another one"),
+    ],
+)
+def test_numbers_and_tips_beyond_reason_are_refused(name: str, changes: dict[str, object], words: str) -> None:
+    """One error that names the key, in place of an overflow somewhere in the start."""
+    with pytest.raises(SofthandError, match=words):
+        build(load_scenario(name, changes))
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_start_that_is_no_number_is_out_of_reach() -> None:
+    """Where an equation is no number at any start there is no root: no error of the solver gets out."""
+    bad = np.full(2, np.nan)
+    point, gap = find_root(lambda x: bad * x, lambda x: np.diag(bad), [np.zeros(2)], -np.ones(2), np.ones(2), 1e-9)
+    assert np.array_equal(point, np.zeros(2)) and gap == np.inf
 
 
 # ---------------------------------------------------------------------------------------- recordings

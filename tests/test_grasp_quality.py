@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from hands import (
 
 import softhand
 from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
-from softhand.assembly import read_world
+from softhand.assembly import build, read_world
 from softhand.errors import GraspError, ScenarioError
 from softhand.model.arm import Arm
 from softhand.plots.grasp import draw_grasp
@@ -268,3 +269,44 @@ def test_a_wrong_guess_is_refused() -> None:
 def test_it_is_public() -> None:
     """softhand.grasp_quality and softhand.propose_grasps."""
     assert softhand.grasp_quality is grasp_quality and callable(softhand.propose_grasps)
+
+
+def test_slides_are_told_in_millimetres() -> None:
+    """The jaws of the gripper: travel and reserve [mm], one millimetre a millimetre, no manipulability."""
+    quality = grasp_quality(load_scenario("gripper"))
+    rows = {row[0]: row[1:] for row in quality.finger_rows()}
+    finger = quality.fingers[0]
+    assert finger.slides.all() and rows["joint angles [mm]"][0] == f"{1e3 * finger.angles[0]:.1f}"
+    assert rows["to the nearest limit [mm]"][0] == f"{1e3 * finger.reserve[0]:.1f}"
+    assert rows["tip moves by [mm/mm]"][0] == "1.00, 0.00, 0.00" and set(rows["manipulability [cm^3/rad^3]"]) == {"-"}
+    assert not grasp_quality(load_scenario("target-a")).fingers[0].slides.any()
+
+
+def test_open_fingers_press_on_nothing() -> None:
+    """The gap is told, forces are not known, the torques are those of gravity; the contact points are judged."""
+    scenario = load_scenario("grasp-and-lift")
+    quality = grasp_quality(scenario)
+    rows = {row[0]: row[1:] for row in quality.finger_rows()}
+    assert rows["gap to the contact point [mm]"] == ("15.0",) * 3
+    for label in ("normal force [N]", "friction use", "limit-surface use", "dr [mm]"):
+        assert rows[label] == ("-",) * 3
+    simulation = build(scenario)
+    gravity = simulation.sample().N_F
+    torque = np.concatenate([finger.torque for finger in quality.fingers])
+    np.testing.assert_allclose(torque, gravity, atol=1e-9)
+    assert quality.refusal is None and quality.margin > 0.0
+    figure = draw_grasp(quality, "open")
+    front = figure.axes[1]
+    assert front.get_ylabel() == "z [mm]" and "open start" in figure.axes[0].texts[-1].get_text()
+    low, high = front.get_ylim()
+    assert front.yaxis.get_major_formatter()(low, 0) != front.yaxis.get_major_formatter()(high, 0)
+    assert low < -142.0 < high and front.yaxis.get_major_formatter()(-142.0, 0) == "142"  # upside down
+
+
+@pytest.mark.skipif(find_spec("example_robot_data") is None, reason="needs the extra robots")
+def test_the_least_internal_forces_of_four_fingers_may_spread() -> None:
+    """Three fingers on one face: a squeeze is found, with the sizes of the scenario at most."""
+    scenario = load_scenario("allegro-box")
+    least = grasp_quality(scenario).least_internal_force
+    assert least is not None and least.min() < -0.01
+    assert np.abs(least).sum() < np.abs(scenario.grasp.internal_force).sum()

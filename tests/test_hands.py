@@ -12,9 +12,11 @@ import pytest
 from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
-from softhand import Controller, GraspError, ModelError, ScenarioError, build, load_scenario, simulate
+from softhand import Controller, GraspError, ModelError, Recording, ScenarioError, build, load_scenario, simulate
+from softhand.analysis.recording_checkup import check_recording
 from softhand.analysis.summary import summarize
 from softhand.cli import app
+from softhand.comparison import pairs
 from softhand.controllers.regulation import Regulation
 from softhand.hands import known_hands
 from softhand.model.configuration import rotation_of
@@ -35,7 +37,7 @@ needs_robots = pytest.mark.skipif(
     importlib.util.find_spec("example_robot_data") is None,
     reason='needs the extra robots: pip install "softhand[robots]"',
 )
-ALLEGRO = [pytest.param(name, marks=needs_robots) for name in ("allegro-box", "allegro-left-box")]
+ALLEGRO = [pytest.param(name, marks=needs_robots) for name in ("allegro-box", "allegro-left-box", "allegro-prism")]
 NEW = [*ALLEGRO, "gripper"]
 GOOD = Path(__file__).parent / "data/good.urdf"
 GOOD_TEXT = GOOD.read_text()
@@ -131,6 +133,59 @@ def test_allegro_moves_the_box(name: str, contact: str) -> None:
 
 
 @needs_robots
+@pytest.mark.parametrize("contact", ["rolling", "coulomb"])
+def test_allegro_moves_the_can(contact: str) -> None:
+    """The contacts of the prism, moved outwards onto a cylinder of its outer radius, hold and regulate that as well."""
+    points = np.array(load_scenario("allegro-prism").grasp.contact_points)
+    points[:, :2] *= 0.028 / np.linalg.norm(points[:, :2], axis=1, keepdims=True)
+    can = {"object.urdf": "package://softhand/urdf/can.urdf", "grasp.contact_points": points.tolist()}
+    scenario = load_scenario("allegro-prism", {**can, "fingertip.contact": contact})
+    run = simulate(scenario)
+    figures = summarize(run)
+    assert run.complete and not figures.warnings() and not figures.torque_limited
+    assert np.linalg.norm(run.object_position[-1] - run.object_position[0]) == pytest.approx(0.010, rel=1e-3)
+    assert figures.position_error < 0.005 and figures.orientation_error < 0.001 and figures.force_error < 1e-4
+    assert np.ptp(run.contact_coordinates[:, 0, 2]) > 0.02  # tips roll round it
+
+
+def held_over_the_palm(squeeze: float, palm: bool) -> Recording:
+    """The palm faces up and the box is held above a pad on it, squeezed with this share of the scenario's forces."""
+    scenario = load_scenario("allegro-box")
+    values: dict[str, Any] = {
+        "gravity": [0.0, -9.81, 0.0],
+        "duration": 0.8,
+        "fingertip.contact": "coulomb",
+        "reference.duration": 0.3,
+        "reference.object_position": scenario.object.position,
+        "reference.object_rpy": scenario.object.rpy,
+        "reference.internal_force": [squeeze * force for force in scenario.grasp.internal_force],
+    }
+    if palm:  # between the palm and the lower face of the box, which it touches and no more
+        pad = {"frame": "palm_link", "position": [0.029, 0.010, 0.025], "radius": 0.018, "friction": 0.5}
+        values["palm"] = [pad]
+    return simulate(scenario.with_values(values))
+
+
+@needs_robots
+def test_a_palm_carries_what_a_small_squeeze_cannot() -> None:
+    """A firm squeeze leaves the pad unloaded, one that slips puts part of the weight on it; without it the box falls.
+
+    Fingers and palm together carry m g.
+    """
+    firm = held_over_the_palm(1.0, palm=True)
+    assert np.abs(firm.support_force).max() < 1e-9
+    assert np.abs(firm.object_position[-1] - firm.object_position[0]).max() < 1e-6
+    loose, without = held_over_the_palm(0.27, palm=True), held_over_the_palm(0.27, palm=False)
+    late, weight = loose.time > 0.6, 0.2 * 9.81
+    palm = np.einsum("tr,tr->t", loose.support_rotation[late, 0, 1], loose.support_force[late, 0, :3])
+    fingers = np.einsum("tcr,tcr->t", loose.contact_rotation[late, :, 1], loose.contact_force[late, :, :3])
+    assert 0.05 * weight < palm.mean() < 0.95 * weight
+    assert palm.mean() + fingers.mean() == pytest.approx(weight, rel=0.02)
+    assert np.linalg.norm(loose.object_position[-1] - loose.object_position[0]) < 0.005
+    assert without.object_position[-1, 1] < without.object_position[0, 1] - 0.05
+
+
+@needs_robots
 def test_left_hand_is_the_mirror_image() -> None:
     """At the start joints and torques are mirrored to the last digits; the runs differ by the file's inertias only.
 
@@ -158,6 +213,20 @@ def test_gripper_regulates_what_its_joints_can_do(contact: str) -> None:
     assert np.linalg.matrix_rank(seen.J_CF_f, tol=1e-9) == 2
     wrench = np.array([0.0, 0.3, -0.2, 0.01, 0.02, -0.03])  # nothing along x
     assert_allclose(seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T) @ wrench, 0.0, atol=1e-9)
+
+
+def test_a_recording_at_the_apex_is_not_doubted() -> None:
+    """Flat jaws touch at the pole of theta, where eta' is no number: no error of the recording."""
+    run = simulate(load_scenario("gripper", {"duration": 0.01}))
+    assert not np.isfinite(run.contact_coordinates_rate).all()
+    assert not check_recording(run).errors
+
+
+def test_only_laws_that_are_given_enough_are_compared() -> None:
+    """A scenario without k_theta is not compared with the law that needs it; one with it is."""
+    laws = {law for law, _ in pairs(load_scenario("gripper"))}
+    assert "nakashima" not in laws and {"conservative", "radial"} <= laws
+    assert {"nakashima", "conservative"} <= {law for law, _ in pairs(load_scenario("target-a"))}
 
 
 # ---------------------------------------------------------------------------------------------------- redundant control

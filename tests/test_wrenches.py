@@ -197,3 +197,14 @@ def test_no_squeeze_holds_where_the_cones_cannot() -> None:
     line = np.array([[-1.0, 0.0, 0.5], [1.0, 0.0, -0.5]]) / math.hypot(1.0, 0.5)
     carried = np.tile([0.0, 0.0, 1.0], (2, 1))
     assert least_squeeze(carried, line[:, :, None], contacts.normals, contacts.friction) is None
+
+
+def test_fingers_on_one_face_spread_where_that_saves_squeeze() -> None:
+    """Of a spreading and a squeezing internal force of one line the cheaper sign is taken: min |f_N|, not f_N >= 0."""
+    contacts = opposite(mu=0.4)
+    weight = np.tile([0.0, 0.0, -0.5], (2, 1))
+    internal = contacts.normals[:, :, None]
+    plain = least_squeeze(weight, internal, contacts.normals, contacts.friction)
+    turned = least_squeeze(weight, -internal, contacts.normals, contacts.friction)
+    assert plain is not None and turned is not None and plain[0] > 0.0
+    np.testing.assert_allclose(turned, -plain, rtol=1e-9)

@@ -7,16 +7,18 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
+from softhand.analysis.grasp_parts import slides_of
 from softhand.assembly import build, read_grasp, read_laws, read_waypoints
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
 from softhand.errors import GraspError
 from softhand.model.configuration import rotation_of
+from softhand.model.shapes.shape import CurvedShape
 from softhand.model.validation.examination import examine
 from softhand.model.world import World
 from softhand.observation import Observation
@@ -137,14 +139,15 @@ def _of_tips(seen: Observation, plant: Plant) -> Iterator[str]:
 
 def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
     lower, upper = world.position_limits
-    angles, limits = simulation.observation.joint_position, world.effort_limit
+    angles, limits, slides = simulation.observation.joint_position, world.effort_limit, slides_of(world)
     for k, name in enumerate(world.joint_names):
         gap = min(angles[k] - lower[k], upper[k] - angles[k])
         if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):
             yield f"{name}: starts at {angles[k]:.4g}, {gap:.2g} from a limit ({lower[k]:g} to {upper[k]:g})."
         torque = abs(simulation.torque[k])
         if torque > _NEAR * limits[k]:
-            yield f"{name}: the controller asks for {torque:.3g} of {limits[k]:.3g} N m at the start."
+            unit = "N" if slides[k] else "N m"
+            yield f"{name}: the controller asks for {torque:.3g} of {limits[k]:.3g} {unit} at the start."
 
 
 def _of_step(scenario: Scenario, stable_up_to: float, frequency: float) -> Iterator[str]:
@@ -196,8 +199,11 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     """What may touch what; nothing else meets."""
     slips = any(tip.can_slip for tip in plant.fingertips)
-    how = "as it is, with edges, and can slip" if slips else "as an endless face, and cannot slip"
-    yield "tips meet the object", how
+    if isinstance(plant.world.shape, CurvedShape):
+        how = "as it is"
+    else:
+        how = "as it is, with edges" if slips else "as an endless face"
+    yield "tips meet the object", f"{how}, and {'can' if slips else 'cannot'} slip"
     names = [support.name for support in plant.supports]
     corners = [name for name in names if name.startswith("table corner")]
     tips = [name.removeprefix("table ") for name in names if name.startswith("table ") and name not in corners]
@@ -232,18 +238,23 @@ def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
     for i, tip in enumerate(world.tips):
+        Phi = f"Phi {math.degrees(seen.contact_angles[i, 1]):.1f} deg"
+        if seen.deformation[i, 0] <= 0.0:
+            yield tip.name, f"is {-1e3 * seen.deformation[i, 0]:.3g} mm off the object, {Phi}"
+            continue
         yield (
             tip.name,
             f"presses with {seen.contact_force[i, 2]:.3g} N, friction use {seen.friction_use[i]:.2f}, "
-            f"dr {1e3 * seen.deformation[i, 0]:.3g} mm, Phi {math.degrees(seen.contact_angles[i, 1]):.1f} deg",
+            f"dr {1e3 * seen.deformation[i, 0]:.3g} mm, {Phi}",
         )
 
 
 def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str]]:
     share = np.abs(simulation.torque) / world.effort_limit
     k = int(np.argmax(share))
-    torque = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} N m at {world.joint_names[k]}"
-    yield "largest torque", torque
+    name, unit = ("force", "N") if slides_of(world)[k] else ("torque", "N m")
+    size = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} {unit} at {world.joint_names[k]}"
+    yield f"largest {name}", size
 
 
 def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:
@@ -267,11 +278,11 @@ def _values(toml: str) -> list[tuple[str, str, str]]:
 
 def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     """What the docstrings say of the keys of each section."""
-    classes = {name: field.annotation for name, field in Scenario.model_fields.items()}
     notes = {
-        name: field_notes(section)
-        for name, section in classes.items()
-        if isinstance(section, type) and issubclass(section, Settings)
+        name: field_notes(kind)
+        for name, field in Scenario.model_fields.items()
+        for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
+        if isinstance(kind, type) and issubclass(kind, Settings)
     }
     fingertip = table["fingertip"]
     chosen = [
@@ -301,5 +312,5 @@ def _flat(
         name = f"{path}.{key}".lstrip(".")
         if isinstance(value, Mapping):
             yield from _flat(value, name, sections.get(name, {}), sections)
-        else:
+        elif value != []:
             yield name, show(value), unit_of(notes.get(key, ""))

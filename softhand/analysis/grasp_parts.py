@@ -90,6 +90,14 @@ def own_columns(world: World, index: int) -> list[int]:
     return [column for column in world.tips[index].columns if column not in shared]
 
 
+def slides_of(world: World) -> NDArray[np.bool_]:
+    """Which joints slide, shape (n,)."""
+    data = world.model.createData()
+    pin.forwardKinematics(world.model, data, pin.neutral(world.model))
+    axes = [np.asarray(data.joints[joint].S).ravel() for joint in range(1, world.object_joint)]  # linear, angular
+    return np.array([bool(np.linalg.norm(axis[3:]) < 0.5) for axis in axes])
+
+
 def joints_of(world: World, q: Array) -> Array:
     """Joint angles [rad or m], shape (n,), of a configuration of the model."""
     angles = np.zeros(world.n_joints)

@@ -19,6 +19,7 @@ from softhand.analysis.grasp_parts import (
     read_materials,
     size_of,
     skeleton,
+    slides_of,
     squeeze,
     torsion_length,
 )
@@ -47,6 +48,7 @@ class FingerQuality:
     Attributes:
         name: of the tip.
         joint_names: of the joints that move it.
+        slides: which of them slide, shape (m,).
         missing: distance of the tip from where it should be, within the joint limits [m]; zero when it gets there.
         stretch: distance of the tip from the finger's first own joint over the length of the finger [1].
         length: of the finger, its joints in line [m].
@@ -54,8 +56,8 @@ class FingerQuality:
         reserve: of each joint to its nearer limit, infinite for continuous ones [rad or m], shape (m,).
         torque: that holds the grasp [N m], NaN if a finger does not reach, shape (m,).
         torque_use: the same over the effort limits, shape (m,).
-        speeds: singular values of the Jacobian of the tip's centre from the finger's own joints [m/rad], largest first,
-            shape (3,).
+        speeds: singular values of the Jacobian of the tip's centre from the finger's own joints [m/rad], or [m/m] of
+            slides, largest first, shape (3,); NaN where the finger has both.
         Phi: angle of the contact on the hemisphere, 0 at the rim, pi/2 at the apex [rad].
         depth: dr [m].
         force: f_x, f_y, f_z [N], tau [N m] on the object, in a contact frame, shape (4,).
@@ -66,6 +68,7 @@ class FingerQuality:
 
     name: str
     joint_names: tuple[str, ...]
+    slides: NDArray[np.bool_]
     missing: float
     stretch: float
     length: float
@@ -105,6 +108,7 @@ class GraspQuality:
         least_internal_force: the smallest that would hold with each tip pressing with 0.1 N, shape (pairs,); None if
             none does.
         refusal: why there is no grasp at rest; None if there is one.
+        opening: of the start, how far off their contact points the tips are [m].
         position: of the object frame [m].
         rotation: axes of the object frame, shape (3, 3).
         centre_of_mass: in the world [m].
@@ -123,6 +127,7 @@ class GraspQuality:
     internal_force: Array
     least_internal_force: Array | None
     refusal: GraspError | None
+    opening: float
     position: Array
     rotation: Array
     centre_of_mass: Array
@@ -140,15 +145,20 @@ class GraspQuality:
         """A table with one column a finger; the first row are their names."""
         fingers = self.fingers
         points = (self.points - self.position) @ self.rotation
+        slides = np.concatenate([finger.slides for finger in fingers])
+        unit = "mm" if slides.all() else "deg; slides mm" if slides.any() else "deg"
+        rate = "mm/mm" if slides.all() else "mm/rad; slides mm/mm" if slides.any() else "mm/rad"
+        gap = [("gap to the contact point [mm]", [f"{1e3 * self.opening:.1f}"] * len(fingers))] if self.opening else []
         lines = [
             ("", [finger.name for finger in fingers]),
             ("contact point, object frame [mm]", [_numbers(1e3 * point, "{:.1f}") for point in points]),
+            *gap,
             ("reach, of the finger's length [mm]", [_reach(finger) for finger in fingers]),
-            ("joint angles [deg]", [_numbers(np.degrees(finger.angles), "{:.1f}") for finger in fingers]),
-            ("to the nearest limit [deg]", [_numbers(np.degrees(finger.reserve), "{:.1f}") for finger in fingers]),
+            (f"joint angles [{unit}]", [_joints(finger, finger.angles) for finger in fingers]),
+            (f"to the nearest limit [{unit}]", [_joints(finger, finger.reserve) for finger in fingers]),
             ("torque, of its limit [%]", [_numbers(100.0 * finger.torque_use, "{:.0f}") for finger in fingers]),
-            ("tip moves by [mm/rad]", [_numbers(1e3 * finger.speeds, "{:.0f}") for finger in fingers]),
-            ("manipulability [cm^3/rad^3]", [_number(1e6 * finger.manipulability, "{:.0f}") for finger in fingers]),
+            (f"tip moves by [{rate}]", [_speeds(finger) for finger in fingers]),
+            ("manipulability [cm^3/rad^3]", [_manipulability(finger) for finger in fingers]),
             ("Phi, from the rim [deg]", [_number(math.degrees(finger.Phi), "{:.1f}") for finger in fingers]),
             ("Phi, to the apex [deg]", [_number(90.0 - math.degrees(finger.Phi), "{:.1f}") for finger in fingers]),
             ("dr [mm]", [_number(1e3 * finger.depth, "{:.2f}") for finger in fingers]),
@@ -207,11 +217,14 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
     normals = -np.array([normal for _, normal in surface]) @ rotation.T
     faces = read_face_friction(scenario, shape)
     friction = np.array([friction_on(shape, faces, n, tip) for (_, n), tip in zip(surface, materials, strict=True)])
-    forces = _forces(world, scenario, points, position, rotation)
+    is_open = scenario.grasp.opening > 0.0
+    forces = np.full((nc, 3), np.nan) if is_open else _forces(world, scenario, points, position, rotation)
     posture = _posture(world, scenario, materials, points, normals, forces)
     arm = Arm(world)
     arm.move(posture.angles)
-    torque = arm.gravity_torque() + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(nc))
+    torque = arm.gravity_torque()
+    if not is_open:
+        torque = torque + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(nc))
     if np.any(posture.missing):
         torque[:] = np.nan  # not all tips press
     fingers = tuple(
@@ -230,6 +243,7 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         internal_force=np.array(scenario.grasp.internal_force),
         least_internal_force=squeeze(world, points, normals, friction, position, rotation, 1.0, _TOUCH),
         refusal=posture.refusal,
+        opening=scenario.grasp.opening,
         position=position,
         rotation=rotation,
         centre_of_mass=centre,
@@ -269,6 +283,9 @@ def _posture(
     except GraspError as error:
         refusal = error
     else:
+        if scenario.grasp.opening:
+            unknown = np.full(nc, np.nan)
+            return _Posture(joints_of(world, grasp.state.q), np.zeros(nc), unknown, unknown, unknown, None)
         return _Posture(
             joints_of(world, grasp.state.q),
             np.zeros(nc),
@@ -311,7 +328,10 @@ def _finger(
     columns, own = list(world.tips[index].columns), own_columns(world, index)
     lower, upper = world.position_limits
     centre, _ = arm.tip(index)
+    slides = slides_of(world)
     speeds = np.linalg.svd(arm.point_jacobian(index, centre)[:, own], compute_uv=False)
+    if 0 < np.count_nonzero(slides[own]) < len(own):
+        speeds = np.full(3, np.nan)
     chain = skeleton(world, arm, index)[len(columns) - len(own) :]
     length = float(np.sum(np.linalg.norm(np.diff(chain, axis=0), axis=1)))
     t_1, t_2 = tangents(normal)
@@ -322,6 +342,7 @@ def _finger(
     return FingerQuality(
         name=world.tips[index].name,
         joint_names=tuple(world.joint_names[column] for column in columns),
+        slides=slides[columns],
         missing=float(posture.missing[index]),
         stretch=float(np.linalg.norm(centre - chain[0])) / length,
         length=length,
@@ -334,7 +355,7 @@ def _finger(
         depth=float(depth),
         force=force,
         friction_use=use,
-        limit_surface_use=float(limit_surface_use(force, friction, spin)),
+        limit_surface_use=math.nan if math.isnan(use) else float(limit_surface_use(force, friction, spin)),
         torsion_length=spin,
     )
 
@@ -343,6 +364,20 @@ def _reach(finger: FingerQuality) -> str:
     if finger.missing:
         return f"out of reach by {1e3 * finger.missing:.1f}"
     return f"{1e3 * finger.stretch * finger.length:.0f} of {1e3 * finger.length:.0f}"
+
+
+def _joints(finger: FingerQuality, values: Array) -> str:
+    return _numbers(np.where(finger.slides, 1e3 * values, np.degrees(values)), "{:.1f}")
+
+
+def _speeds(finger: FingerQuality) -> str:
+    if np.isnan(finger.speeds).any():
+        return "-"
+    return _numbers(finger.speeds, "{:.2f}") if finger.slides.all() else _numbers(1e3 * finger.speeds, "{:.0f}")
+
+
+def _manipulability(finger: FingerQuality) -> str:
+    return "-" if finger.slides.any() else _number(1e6 * finger.manipulability, "{:.0f}")
 
 
 def _number(value: float, form: str) -> str:

@@ -23,6 +23,7 @@ from softhand.analysis.grasp_parts import (
     read_materials,
     size_of,
     skeleton,
+    slides_of,
     squeeze,
     torsion_length,
 )
@@ -44,8 +45,10 @@ TORQUE_USE = 0.8
 """Largest share of an effort limit."""
 RESERVE = math.radians(5.0)
 """Least distance of a joint to its limits [rad]."""
+TRAVEL = 0.05
+"""Least distance of a slide to its limits, over its travel."""
 PHI = math.radians(20.0), math.radians(75.0)
-"""Least and greatest Phi: the tip touches well between rim and apex."""
+"""Least and greatest Phi: the tip touches well between rim and apex; laws in surface coordinates have no pole there."""
 STRETCH = 0.95
 """A finger reaches a point with at most this share of its length."""
 PRESSING = 1.0
@@ -86,7 +89,7 @@ class Proposal:
         guess = ", ".join(_short(value) for value in grasp.joint_guess or ())
         return (
             f"[grasp]\ncontact_points = [  # [m], object frame, one a fingertip\n{points}]\n"
-            f"internal_force = [{forces}]  # [N], at the start\njoint_guess = [{guess}]  # [rad]\n"
+            f"internal_force = [{forces}]  # [N], at the start\njoint_guess = [{guess}]  # [rad or m]\n"
         )
 
 
@@ -111,8 +114,9 @@ def propose_grasps(
 
     The quality is the force-closure margin of `closure_margin`, among grasps at rest that
 
-    - reach each point within the joint limits, `RESERVE` away from them, stretched to `STRETCH` at most,
-    - touch with `PHI`, with room around the point on the surface, and keep links clear of object and other fingers,
+    - reach each point within the joint limits, `RESERVE` or `TRAVEL` from them, stretched to `STRETCH` at most,
+    - touch with `PHI`, up to the apex with a law in surface coordinates, with room around the point on the surface,
+    - keep links clear of object and other fingers,
     - use at most `USE` of the friction under the smallest internal forces with which each tip presses with `PRESSING`,
     - use at most `TORQUE_USE` of each effort limit.
 
@@ -189,7 +193,9 @@ class _Search:
         ]  # fmt: skip
         self.tried = len(self.surface)
         self.spacing = 2.0 * _nearest_gap(np.array([point for point, _ in self.surface])) if self.tried > 1 else 0.0
-        self.arm = Arm(world)
+        self.arm, self.slides = Arm(world), slides_of(world)
+        lower, upper = world.position_limits
+        self.reserve = np.where(self.slides, TRAVEL * (upper - lower), RESERVE)
 
     def places(self, index: int) -> list[_Place]:
         """The points that a finger reaches well, once each."""
@@ -204,7 +210,8 @@ class _Search:
         links, columns = finger_chain(self.world, index, self.start)
         law = self.materials[index].law
         lower, upper = (limit[columns] for limit in self.world.position_limits)
-        low, high = lower + RESERVE, upper - RESERVE
+        reserve = self.reserve[columns]
+        low, high = lower + reserve, upper - reserve
         axes = np.empty((3, 3))
         within = np.maximum(low, -math.pi), np.minimum(high, math.pi)
         rng = np.random.default_rng(index)
@@ -226,11 +233,13 @@ class _Search:
                 continue
             Phi = math.asin(min(max(float(-axes[:, 0] @ (self.rotation @ n)), -1.0), 1.0))
             lowest, highest = (math.radians(limit) for limit in law.Phi_range)
-            if not max(PHI[0], lowest) <= Phi <= min(PHI[1], highest):
+            if law.coordinates == "polar":
+                highest = min(PHI[1], highest)
+            if not max(PHI[0], lowest) <= Phi <= highest:
                 continue
             self._tip(index, columns, angles)
             joints = skeleton(self.world, self.arm, index)[-len(columns) - 1 :]
-            if not self._is_clear(joints):
+            if not self._is_clear(joints, folds=bool(np.count_nonzero(~self.slides[columns]) > 1)):
                 continue
             return _Place(at, n, angles, _along(joints))
         return None
@@ -259,10 +268,10 @@ class _Search:
                 return False
         return True
 
-    def _is_clear(self, joints: Array) -> bool:
-        """Whether a finger stays outside the object, within the limits of its length."""
+    def _is_clear(self, joints: Array, folds: bool) -> bool:
+        """Whether a finger stays outside the object and, if it can fold, within the limits of its length."""
         length = float(np.sum(np.linalg.norm(np.diff(joints, axis=0), axis=1)))
-        if np.linalg.norm(joints[-1] - joints[0]) > STRETCH * length:
+        if folds and np.linalg.norm(joints[-1] - joints[0]) > STRETCH * length:
             return False
         for point in _along(joints):
             place = self._to_object(point)
@@ -359,15 +368,15 @@ class _Search:
             guess[own_columns(self.world, i)] = place.angles
         grasp = {
             "contact_points": points.tolist(),
-            "internal_force": (np.ceil(100.0 * forces - 1e-6) / 100.0).tolist(),
+            "internal_force": (np.sign(forces) * np.ceil(1000.0 * np.abs(forces) - 1e-6) / 1000.0).tolist(),
             "joint_guess": np.round(guess, 4).tolist(),
         }
         scenario = self.scenario.with_values({f"grasp.{key}": value for key, value in grasp.items()})
         quality = quality_in(self.world, scenario)
         if quality.refusal is not None or not quality.margin > 0.0:
             return None
-        for finger in quality.fingers:
-            if finger.reserve.min() < 0.9 * RESERVE or finger.torque_use.max() > TORQUE_USE:
+        for tip, finger in zip(self.world.tips, quality.fingers, strict=True):
+            if np.any(finger.reserve < 0.9 * self.reserve[list(tip.columns)]) or finger.torque_use.max() > TORQUE_USE:
                 return None
         return Proposal(scenario, quality)
 

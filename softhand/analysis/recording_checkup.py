@@ -18,6 +18,7 @@ from softhand.version import __version__
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-9
+_POLE = 1e-6  # cosine of Phi at the apex
 _UNBOUND = ("friction_use", "limit_surface_use")
 """Infinite by right where a tip does not press."""
 
@@ -100,11 +101,17 @@ def _empty(recording: Recording) -> Iterator[str]:
 
 
 def _not_numbers(recording: Recording) -> Iterator[str]:
-    """NaN and infinities by array and first time; a use of friction is infinite by right where a tip does not press."""
+    """NaN and infinities by array and first time.
+
+    By right a use of friction is infinite where a tip does not press, and eta' is no number where it touches with its
+    apex, the pole of theta.
+    """
     for name, array in recording.variables.items():
         bad = ~np.isfinite(array)
         if name in _UNBOUND and "contact_force" in recording.variables:
             bad &= ~(np.isposinf(array) & ~(recording.contact_force[..., 2] > 0.0))
+        if name == "contact_coordinates_rate" and "contact_angles" in recording.variables:
+            bad &= ~(np.cos(recording.contact_angles[..., 1]) < _POLE)[..., None]
         if bad.any():
             samples = np.flatnonzero(bad.reshape(len(array), -1).any(axis=1))
             kind = "NaN" if np.isnan(array[bad]).any() else "infinity"

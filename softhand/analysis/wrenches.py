@@ -165,7 +165,7 @@ def least_squeeze(
 ) -> Array | None:
     """The smallest internal forces with which all contacts stay in their friction cones.
 
-        min sum f_N,  f_N >= 0,   f = carried + internal f_N,   |f_t| <= use mu f_n,   f_n >= least_normal
+        min sum |f_N|,   f = carried + internal f_N,   |f_t| <= use mu f_n,   f_n >= least_normal
 
     A linear program in which a violated cone is cut off by its tangent plane, d . f_t <= use mu f_n for
     d = f_t / |f_t|, until none is: the cones are round.
@@ -179,30 +179,31 @@ def least_squeeze(
         least_normal: [N].
 
     Returns:
-        f_N [N], shape (pairs,); None if no squeeze holds.
+        f_N [N], shape (pairs,), below 0 where two contacts are spread; None if no squeeze holds.
     """
     from scipy.optimize import linprog
 
+    pairs = internal.shape[2]
+    internal = np.concatenate([internal, -internal], axis=2)  # f_N = squeeze - spread, both >= 0
     normal_carried = np.einsum("ir,ir->i", normals, carried)
     normal_internal = np.einsum("ir,irk->ik", normals, internal)
     rows, bounds = [-normal_internal], [normal_carried - least_normal]
     mu = use * np.asarray(friction)
     directions = [(i, sign * t) for i, n in enumerate(normals) for t in tangents(n) for sign in (1.0, -1.0)]
-    pairs = internal.shape[2]
     for _ in range(_MOST_CUTS):
         for i, d in directions:
             rows.append((d @ internal[i] - mu[i] * normal_internal[i])[None])
             bounds.append(np.array([mu[i] * normal_carried[i] - d @ carried[i]]))
-        found = linprog(np.ones(pairs), np.vstack(rows), np.concatenate(bounds), bounds=(0.0, None), method="highs")
+        found = linprog(np.ones(2 * pairs), np.vstack(rows), np.concatenate(bounds), bounds=(0.0, None), method="highs")
         if found.x is None:
             return None
-        f_N = np.maximum(found.x, 0.0)
-        force = carried + internal @ f_N
+        both = np.maximum(found.x, 0.0)
+        force = carried + internal @ both
         pressing = np.einsum("ir,ir->i", normals, force)
         tangential = force - pressing[:, None] * normals
         size = np.linalg.norm(tangential, axis=1)
         beyond = np.flatnonzero(size > mu * pressing + 1e-7 * (1.0 + size))
         if not beyond.size:
-            return f_N
+            return both[:pairs] - both[pairs:]
         directions = [(int(i), tangential[i] / size[i]) for i in beyond]
     return None

@@ -95,14 +95,18 @@ def progress(what: str, total: float, quiet: bool) -> Iterator[Progress | None]:
         yield lambda done: bar.update(task, completed=done)
 
 
+_WORD = 20  # letters of a label that stay on one line in a narrow console
+
+
 def print_table(title: str, rows: Sequence[tuple[str, ...]]) -> None:
     """Rows of texts below a title."""
     from rich import box
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=False)
-    for _ in rows[0] if rows else ():
-        table.add_column(overflow="fold")
+    for k in range(len(rows[0]) if rows else 0):
+        longest = max(len(word) for row in rows for word in row[k].split() or [""])
+        table.add_column(overflow="fold", min_width=min(longest, _WORD) if k == 0 else None)
     for row in rows:
         table.add_row(*map(escape, row))
     console().print(table)

@@ -21,6 +21,9 @@ from softhand.commands.console import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from softhand.analysis.grasp_quality import FingerQuality
     from softhand.analysis.proposals import Proposal
 
 
@@ -73,6 +76,20 @@ def grasp(
         raise quality.refusal
 
 
+def _reserve(fingers: Sequence[FingerQuality]) -> str:
+    """The least distance of a joint to its limits, and of a slide."""
+    import numpy as np
+
+    slides = np.concatenate([finger.slides for finger in fingers])
+    reserve = np.concatenate([finger.reserve for finger in fingers])
+    texts = []
+    if not slides.all():
+        texts.append(f"{np.degrees(reserve[~slides].min()):.0f} deg")
+    if slides.any():
+        texts.append(f"{1e3 * reserve[slides].min():.0f} mm")
+    return ", ".join(texts)
+
+
 def _print_proposals(proposals: list[Proposal]) -> None:
     rows = [("", "margin", "friction use", "torque use", "to a limit", "Phi")]
     for k, proposal in enumerate(proposals, start=1):
@@ -83,7 +100,7 @@ def _print_proposals(proposals: list[Proposal]) -> None:
                 f"{proposal.margin:.3f} N per newton",
                 f"{max(finger.friction_use for finger in fingers):.2f}",
                 f"{100.0 * max(finger.torque_use.max() for finger in fingers):.0f} %",
-                f"{math.degrees(min(finger.reserve.min() for finger in fingers)):.0f} deg",
+                _reserve(fingers),
                 ", ".join(f"{math.degrees(finger.Phi):.0f}" for finger in fingers) + " deg",
             )
         )

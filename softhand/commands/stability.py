@@ -10,6 +10,8 @@ import typer
 from softhand.commands.app import app
 from softhand.commands.console import Set, check_figure, console, print_table, progress, say_compiling
 
+_ROUNDING = 1e-6  # [1/s] of a growth that is zero
+
 
 @app.command(epilog="Example: softhand stability target-a --set controller.K_O_orientation=0.2 --out scan.pdf")
 def stability(
@@ -52,4 +54,6 @@ def stability(
 
 
 def _growth(rate: float) -> str:
+    if abs(rate) < _ROUNDING:
+        return "none  (some motion stays as it is)"
     return f"{rate:+.3g} 1/s" + ("  (all motions die out)" if rate < 0.0 else "  (unstable)")

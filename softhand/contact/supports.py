@@ -15,6 +15,7 @@ from softhand.laws.law import Law
 from softhand.laws.plain import Plain
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
+from softhand.settings import read_settings
 
 Array = NDArray[np.float64]
 
@@ -155,13 +156,14 @@ def plain(law: Law, in_series: bool = False) -> Plain:
     tangential = float(law((depth, 0.0, small, 0.0), Phi)[2]) / small / reach**2
     torsional = float(law((depth, 0.0, 0.0, small), Phi)[3]) / small
     share = 0.5 if in_series else 1.0
-    return Plain(
-        radius=law.radius,
-        c=whole * (share / depth) ** zeta,
-        zeta=zeta,
-        k_tangential=share * tangential,
-        k_torsional=share * torsional,
-    )
+    table = {
+        "radius": law.radius,
+        "c": whole * (share / depth) ** zeta,
+        "zeta": zeta,
+        "k_tangential": share * tangential,
+        "k_torsional": share * torsional,
+    }
+    return read_settings(Plain, table, f"fingertip, law '{type(law).__name__}' away from the object")
 
 
 def pad_on_hand(

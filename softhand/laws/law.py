@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, sin
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numba import carray, cfunc, float64, njit, types
@@ -15,11 +15,12 @@ from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from softhand.compiled import kernel_folder
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
-from softhand.settings import Positive, Settings
+from softhand.settings import Settings
 
 LEADING = {
     "polar": ("dr", "dtheta", "dphi", "dpsi", "phi"),
@@ -49,7 +50,7 @@ class Law(Settings):
         radius: radius r of the undeformed hemisphere [m].
     """
 
-    radius: Positive
+    radius: Annotated[float, Field(gt=0, le=1)]  # mm in the place of m are refused
 
     coordinates: ClassVar[Literal["polar", "surface"]] = "polar"
 

@@ -161,3 +161,16 @@ def turn_towards(rotation: NDArray[np.float64], wanted: NDArray[np.float64]) -> 
         wanted: axes r_dk as columns, shape (3, 3).
     """
     return 0.5 * np.einsum("kab,kb->a", cross_matrix(rotation.T), wanted.T)
+
+
+def upright(gravity: ArrayLike) -> NDArray[np.float64]:
+    """The shortest turn that brings gravity to -z, about x if it points along z; the identity without gravity."""
+    strength = float(np.linalg.norm(np.asarray(gravity, dtype=float)))
+    if strength == 0.0:
+        return np.eye(3)
+    up = -np.asarray(gravity, dtype=float) / strength
+    if up[2] < -1.0 + 1e-9:
+        return np.diag([1.0, -1.0, -1.0])
+    w = cross_matrix(np.array([up[1], -up[0], 0.0]))  # up x z
+    turn: NDArray[np.float64] = np.eye(3) + w + w @ w / (1.0 + up[2])
+    return turn

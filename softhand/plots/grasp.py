@@ -10,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Polygon
 from numpy.typing import NDArray
 
 from softhand.analysis.grasp_quality import GraspQuality
+from softhand.model.configuration import upright
 from softhand.model.shapes.shape import Shape
 from softhand.plots.style import FINGERS, OBJECT, STYLE, WARNING, draw_legend, draw_title, from_top, new_figure
 
@@ -27,6 +29,7 @@ _WIDEST = 5.0  # mu of a cone as drawn
 _ARROW = "0.12"
 _WEIGHT = "0.45"
 _DIRECTIONS = 3000
+_FACE = 0.02  # of the surface: smaller ones are taken for parts of a curved one
 _SHARP = math.cos(math.radians(25.0))
 
 
@@ -46,11 +49,24 @@ class _View(NamedTuple):
         return 5.0 + 4.0 * math.tanh(float(np.mean(np.atleast_2d(points) @ self.eye)) / 60.0)
 
 
-def _view(azimuth: float, elevation: float) -> _View:
+def _view(azimuth: float, elevation: float, quality: GraspQuality) -> _View:
+    """As seen with gravity downwards, whatever it is in the world."""
     a, e = math.radians(azimuth), math.radians(elevation)
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     eye = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
-    return _View(right, np.cross(eye, right), eye)
+    turn = upright(quality.weight)
+    return _View(right @ turn, np.cross(eye, right) @ turn, eye @ turn)
+
+
+def _name(axis: Axis, direction: Array, otherwise: str) -> None:
+    """Label an axis of the paper by that of the world which it shows, if it shows one."""
+    k = int(np.argmax(np.abs(direction)))
+    if abs(direction[k]) < 1.0 - 1e-9:
+        axis.set_label_text(f"{otherwise} [mm]")
+        return
+    axis.set_label_text(f"{'xyz'[k]} [mm]")
+    if direction[k] < 0.0:
+        axis.set_major_formatter(lambda value, _: f"{0.0 - value:g}".replace("-", "\N{MINUS SIGN}"))
 
 
 def draw_grasp(quality: GraspQuality, title: str) -> Figure:
@@ -72,15 +88,16 @@ def draw_grasp(quality: GraspQuality, title: str) -> Figure:
         grid = figure.add_gridspec(2, 2, width_ratios=(1.75, 1.0), left=0.012, right=0.985, top=top, bottom=0.085,
                                    wspace=0.16, hspace=0.30)  # fmt: skip
         oblique = figure.add_subplot(grid[:, 0])
-        _draw(oblique, quality, _view(-62.0, 22.0))
+        _draw(oblique, quality, _view(-62.0, 22.0, quality))
         _finish_oblique(oblique, quality)
         front, above = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-        _draw(front, quality, _view(-90.0, 0.0))
-        _draw(above, quality, _view(-90.0, 90.0))
-        for axes, name, label in ((front, "from the front", "z [mm]"), (above, "from above", "y [mm]")):
+        for axes, name, elevation in ((front, "from the front", 0.0), (above, "from above", 90.0)):
+            view = _view(-90.0, elevation, quality)
+            _draw(axes, quality, view)
             axes.set_title(name, loc="left")
-            axes.set_xlabel("x [mm]", labelpad=1.0)
-            axes.set_ylabel(label)
+            _name(axes.xaxis, view.right, "to the right")
+            _name(axes.yaxis, view.up, "upwards" if axes is front else "to the back")
+            axes.xaxis.labelpad = 1.0
             axes.yaxis.set_label_coords(-0.125, 0.5)
     return figure
 
@@ -105,9 +122,10 @@ def _draw(axes: Axes, quality: GraspQuality, view: _View) -> None:
         point, normal = 1e3 * quality.points[i] - middle, quality.contacts.normals[i]
         _draw_cone(axes, view, point, normal, quality.contacts.friction[i], quality.forces[i], scale, _longest(quality),
                    middle, _color(i))  # fmt: skip
-        if finger.missing:
+        if finger.missing or quality.opening:
             gap = view.flat(np.array([1e3 * line[-1], point + middle]))
-            axes.plot(*gap.T, color=WARNING, ls=(0, (2, 1.5)), lw=1.2, zorder=12)
+            color = WARNING if finger.missing else "0.35"
+            axes.plot(*gap.T, color=color, ls=(0, (2, 1.5)), lw=1.2, zorder=12)
     _arrow(axes, view.flat(middle), view.flat(middle + scale * quality.weight), _WEIGHT)
     axes.plot(*view.flat(middle), "o", color=_WEIGHT, ms=3.5, zorder=11)
     axes.set_aspect("equal", adjustable="datalim")
@@ -116,14 +134,23 @@ def _draw(axes: Axes, quality: GraspQuality, view: _View) -> None:
 
 
 def _draw_object(axes: Axes, quality: GraspQuality, view: _View) -> None:
-    """Its facets that face the eye, their edges, and the hidden edges thinner."""
+    """Its outline filled, plane faces that face the eye shaded, their edges, and the hidden edges thinner."""
+    from scipy.spatial import ConvexHull
+
     corners, facets, edges = _hull(quality.shape)
     world = 1e3 * (quality.position + corners @ quality.rotation.T)
     seen = [bool((quality.rotation @ normal) @ view.eye > 1e-6) for _, normal in facets]
-    for (facet, normal), visible in zip(facets, seen, strict=True):
-        if visible:
-            shade = 0.16 + 0.14 * abs(float((quality.rotation @ normal) @ (0.3 * view.right + 0.8 * view.up)))
-            axes.add_patch(Polygon(view.flat(world[facet]), closed=True, fc=OBJECT, ec="none", alpha=shade, zorder=5.0))
+
+    def fill(points: Array, alpha: float) -> None:
+        flat = view.flat(points)
+        outline = flat[ConvexHull(flat).vertices]
+        axes.add_patch(Polygon(outline, closed=True, fc=OBJECT, ec="none", alpha=alpha, zorder=5.0))
+
+    fill(world, 0.16)
+    for normal, members in _plane_faces(corners, facets):
+        towards = quality.rotation @ normal
+        if towards @ view.eye > 0.02:
+            fill(world[members], 0.14 * abs(float(towards @ (0.3 * view.right + 0.8 * view.up))))
     for a, b, one, other, is_sharp in edges:
         front = seen[one] or seen[other]
         if not (is_sharp or seen[one] != seen[other]):
@@ -156,6 +183,18 @@ def _hull(shape: Shape) -> tuple[Array, list[tuple[Array, Array]], list[tuple[in
                 a, b = (int(corner) for j, corner in enumerate(simplex) if j != opposite)
                 edges.append((a, b, one, int(other), bool(normals[one] @ normals[other] < _SHARP)))
     return hull.points, facets, edges
+
+
+def _plane_faces(corners: Array, facets: list[tuple[Array, Array]]) -> list[tuple[Array, list[int]]]:
+    """Normal and corners of the facets that lie in one plane, if they are more than a sliver of the surface."""
+    groups: dict[tuple[float, ...], tuple[float, set[int]]] = {}
+    for facet, normal in facets:
+        a, b, c = corners[facet]
+        key = tuple(np.round(normal, 5) + 0.0)
+        area, members = groups.get(key, (0.0, set()))
+        groups[key] = (area + 0.5 * float(np.linalg.norm(np.cross(b - a, c - a))), members | set(facet.tolist()))
+    whole = sum(area for area, _ in groups.values())
+    return [(np.array(key), sorted(members)) for key, (area, members) in groups.items() if area > _FACE * whole]
 
 
 def _draw_finger(axes: Axes, view: _View, line: Array, middle: Array, radius: float, color: str) -> None:
@@ -208,12 +247,13 @@ def _arrow(axes: Axes, start: Array, end: Array, color: str) -> None:
 def _finish_oblique(axes: Axes, quality: GraspQuality) -> None:
     """No axes, but their directions, a scale and the key figures."""
     axes.set_axis_off()
-    view = _view(-62.0, 22.0)
+    view = _view(-62.0, 22.0, quality)
     place, size, box = np.array([0.06, 0.085]), 0.085, axes.get_position()
     ratio = box.width / box.height * _WIDTH / _HEIGHT
     arrow = {"arrowstyle": "-|>", "lw": 0.9, "color": "0.35", "shrinkA": 0, "shrinkB": 0}
-    for name, unit in zip("xyz", np.eye(3), strict=True):
-        way = size * view.flat(unit) * np.array([1.0 / ratio, 1.0])
+    ways = size * view.flat(np.eye(3)) * np.array([1.0 / ratio, 1.0])
+    place -= np.minimum(1.4 * ways.min(axis=0), 0.0) * [0.0, 1.0]
+    for name, way in zip("xyz", ways, strict=True):
         (x, y), (label_x, label_y) = place + way, place + 1.28 * way
         axes.annotate("", (x, y), tuple(place), "axes fraction", "axes fraction", arrow)
         axes.text(label_x, label_y, name, transform=axes.transAxes, ha="center", va="center", color="0.35", size=7.5)
@@ -224,6 +264,8 @@ def _finish_oblique(axes: Axes, quality: GraspQuality) -> None:
         use = max(finger.friction_use for finger in quality.fingers)
         worst = "a contact pulls" if math.isinf(use) else f"largest friction use {use:.2f}"
         lines.append(f"{worst},  arrows {scale:.2g} mm a newton")
+    elif quality.opening:
+        lines.append(f"open start: the tips stand {1e3 * quality.opening:.3g} mm off their contact points")
     axes.text(0.0, -0.02, "\n".join(lines), transform=axes.transAxes, va="top", color="0.25", linespacing=1.5)
 
 

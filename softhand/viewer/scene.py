@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
-from softhand.model.configuration import cross_matrix, rotation_of
+from softhand.model.configuration import rotation_of, upright
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.face import Face
 from softhand.observation import contact_pairs
@@ -131,7 +131,7 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         unit = max(cast.radii)
-        self._upright = _upright(cast.gravity)
+        self._upright = upright(cast.gravity)
         skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
         looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
         body, unread = read_visuals(cast.object_urdf, cast.object_folder)
@@ -349,19 +349,6 @@ def _sphere(places: list[Array]) -> Sphere:
 def _is_rigid_tip(skeleton: Skeleton, link: str, tip: str) -> bool:
     """Whether the soft tip stands in the place of a link of the URDF."""
     return skeleton.coincide(link, tip) or skeleton.seat(link, tip) is not None
-
-
-def _upright(gravity: Sequence[float]) -> Array:
-    """The shortest turn that brings gravity to -z, about x if it points along z; the identity without gravity."""
-    strength = float(np.linalg.norm(gravity))
-    if strength == 0.0:
-        return np.eye(3)
-    up = -np.asarray(gravity, dtype=float) / strength
-    if up[2] < -1.0 + 1e-9:
-        return np.diag([1.0, -1.0, -1.0])
-    w = cross_matrix(np.array([up[1], -up[0], 0.0]))  # up x z
-    turn: Array = np.eye(3) + w + w @ w / (1.0 + up[2])
-    return turn
 
 
 def _open_side(moment: Moment, base: Array, upright: Array) -> float:
