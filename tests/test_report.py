@@ -485,11 +485,11 @@ def test_a_mistake_is_one_line(run, tmp_path, arguments, words):
 
 
 def test_slip_is_marked_on_the_use_of_the_limit():
-    """Where a tip slips, at the samples shown, its curve has marks; the panel says what they are."""
+    """Where a tip slips, at the samples shown, its curve has bars; the panel says what they are."""
     recording = simulate(load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.8}))
     data = data_of(report_page([recording]))
     panels = [panel for block in data["blocks"] for panel in block["panels"] if panel["title"] == "limit-surface use"]
     (panel,) = panels
     slipping = recording.is_slipping[samples_of(recording)]
-    assert slipping.any() and panel["note"] == "slip is marked"
-    assert [curve["marks"] for curve in panel["curves"]] == [np.flatnonzero(tip).tolist() for tip in slipping.T]
+    assert slipping.any() and panel["note"] == "slip"
+    assert [curve["bars"] for curve in panel["curves"]] == [np.flatnonzero(tip).tolist() for tip in slipping.T]
