@@ -109,7 +109,7 @@ class Viewer(Page):
         self._count, self._drawn = 0, (-1, b"")
         bounds = self._scene.extent([first])
         self._server = PageServer(
-            describe(self._scene, bounds, "softhand", None), self._render, lambda command: None, host, port
+            describe(self._scene, bounds, "", None), self._render, lambda command: None, host, port
         )
 
     def show(self, observation: Observation) -> None:
