@@ -214,7 +214,7 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
 def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Law, coefficients of friction and damping of each tip, as they hold at the start."""
     plant = simulation.plant
-    for tip, fingertip, contact in zip(plant.world.tips, plant.fingertips, plant.contacts, strict=True):
+    for tip, fingertip, contact in zip(plant.world.tips, plant.fingertips, plant.tip_contacts, strict=True):
         mu, static = contact["friction"], contact["static_friction"]
         held = f", {static:.3g} until it slips" if static > mu else ""
         faces = ", ".join(
