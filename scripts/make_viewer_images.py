@@ -1,4 +1,4 @@
-"""Refresh viewer.png, grasp.png and allegro.png of docs/images with a headless Chromium; needs the extra robots.
+"""Refresh viewer.png, grasp.png, slip.png and allegro.png of docs/images; needs Chromium and the extra robots.
 
 Example: python scripts/make_viewer_images.py
 """
@@ -13,6 +13,7 @@ from softhand.viewer.browser import Browser, Page
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 MOMENT = 0.62  # [s], when the desired pose is ahead of the object
+SLIPPING = 0.9  # [s]
 SIZE = (1200, 800)  # [px]
 
 
@@ -23,16 +24,21 @@ def wait(page: Page, claim: str) -> None:
 
 
 def main() -> None:
-    """Replay two runs, stop them and take the pictures, of the whole hand and from nearby."""
-    for name, whole, nearby in (("target-a", "viewer.png", "grasp.png"), ("allegro-box", "allegro.png", None)):
-        recording = softhand.simulate(softhand.load_scenario(name))
+    """Replay some runs, stop them and take the pictures, of the whole hand and from nearby."""
+    for name, changes, moment, whole, nearby in (
+        ("target-a", {}, MOMENT, "viewer.png", "grasp.png"),
+        ("target-b", {"fingertip.contact": "coulomb"}, SLIPPING, None, "slip.png"),
+        ("allegro-box", {}, MOMENT, "allegro.png", None),
+    ):
+        recording = softhand.simulate(softhand.load_scenario(name, changes))
         with softhand.view(recording) as replay, Browser() as browser:
             page = browser.page(*SIZE)
             page.open(replay.address)
             wait(page, "document.body.dataset.time !== undefined")
-            page.evaluate(f"softhand.wind({MOMENT})")
-            wait(page, f"Math.abs(document.body.dataset.time - {MOMENT}) < 1e-3")
-            (IMAGES / whole).write_bytes(page.screenshot())
+            page.evaluate(f"softhand.wind({moment})")
+            wait(page, f"Math.abs(document.body.dataset.time - {moment}) < 1e-3")
+            if whole:
+                (IMAGES / whole).write_bytes(page.screenshot())
             if nearby:
                 page.evaluate("softhand.stage.orbit.view('grasp')")
                 (IMAGES / nearby).write_bytes(page.screenshot())

@@ -123,7 +123,8 @@ def _slips(recording: Recording) -> Iterator[Event]:
     for i, finger in enumerate(recording.labels["contact"]):
         for first, last in _spans(recording.is_slipping[:, i] != 0, recording.time):
             force, share = recording.contact_force[first, i], recording.friction_use[first, i]
-            kind = "torsional slip" if share * share < 0.5 else "slip"  # the squares of both shares add up to 1
+            use = recording.limit_surface_use[first, i]  # below 1 where the step that slipped ended within the limit
+            kind = "torsional slip" if share * share < 0.5 * use * use else "slip"  # use^2 is the sum of both squares
             figures = f"f_t = {np.hypot(*force[:2]):.3g} N, f_z = {force[2]:.3g} N, tau = {1e3 * force[3]:.3g} N mm"
             yield Event(_time(recording, first), kind, finger, figures)
             if last + 1 < len(recording):

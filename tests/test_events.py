@@ -28,6 +28,7 @@ def recording(reason: str = "", **arrays: Any) -> Recording:
         "joint_torque": np.full((N, 1), 0.3),
         "torque_limited": np.zeros((N, 1)),
         "friction_use": np.full((N, 2), 0.9),
+        "limit_surface_use": np.ones((N, 2)),
         "is_slipping": np.zeros((N, 2)),
     }
     still |= {name: np.zeros((N, 2)) for name in ("slip_travel", "slip_twist", "slip_loss")}
@@ -62,6 +63,14 @@ def test_slip_has_figures_and_bridges_short_gaps(use: float, kind: str) -> None:
     ]  # fmt: skip
     assert found[0].text == "f_t = 1 N, f_z = 4 N, tau = 2 N mm" and found[0].finger == "left"
     assert found[1].text == "1 mm, 0 deg, 0 mJ"
+
+
+def test_slip_that_ends_within_the_limit_is_judged_by_the_shares() -> None:
+    """A light touch: use 0.03, all of it tangential, is no torsional slip; use 0.03 with 0.01 of it tangential is."""
+    for tangential, kind in ((0.03, "slip"), (0.01, "torsional slip")):
+        uses = {"limit_surface_use": np.full((N, 2), 0.03), "friction_use": np.full((N, 2), tangential)}
+        found = find_events(recording(is_slipping=np.ones((N, 2)), **uses))
+        assert [event.kind for event in found] == [kind, kind]
 
 
 def test_slip_at_the_end_does_not_end() -> None:

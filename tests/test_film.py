@@ -1,5 +1,6 @@
 """Films: what is asked for is what is shown, for how long; and nothing is left of one that was broken off."""
 
+import dataclasses
 import io
 import os
 import signal
@@ -44,6 +45,20 @@ def test_a_gif_shows_the_run(run, tmp_path):
     assert len(np.unique(shown[0][0].reshape(-1, 3), axis=0)) > 50
     assert np.mean(np.abs(shown[-1][0] - shown[0][0]).max(axis=2) > 24) > 0.01
     assert [file.name for file in tmp_path.iterdir()] == ["run.gif"]
+
+
+@needs_chromium
+def test_no_slip_falls_between_two_pictures(run, tmp_path):
+    """One of 1 ms changes the next picture of a film of 8 a second, and no other."""
+    slips = np.zeros_like(run.is_slipping)
+    slips[:, 0] = np.arange(len(run)) == 130
+    write_film(run, tmp_path / "run.gif", fps=8, size=SMALL)
+    write_film(
+        dataclasses.replace(run, variables={**run.variables, "is_slipping": slips}), tmp_path / "slip.gif", 8, SMALL
+    )
+    pairs = zip(pictures(tmp_path / "run.gif"), pictures(tmp_path / "slip.gif"), strict=True)
+    changed = [np.mean(np.abs(one - two).max(axis=2) > 60) > 1e-3 for (one, _), (two, _) in pairs]
+    assert changed == [False, False, True, False, False]
 
 
 @needs_chromium

@@ -18,6 +18,7 @@ from PIL import Image
 
 import softhand
 from softhand import Recording, RecordingError, load_scenario, simulate, write_report
+from softhand.events import find_events
 from softhand.viewer.browser import Browser
 from softhand.viewer.curves import samples_of
 from softhand.viewer.packing import frames_of
@@ -50,10 +51,18 @@ def stopped(run) -> Recording:
     return cut(run, 801, complete=False, reason=reason, stop_time=0.8)
 
 
+def slipping(recording: Recording) -> Recording:
+    """The recording with a slip of 3 ms of its second tip at 0.508 s, and one of 1 ms at 1.2 s."""
+    slips = np.zeros_like(recording.is_slipping)
+    slips[508:511, 1] = slips[1200, 1] = 1
+    return dataclasses.replace(recording, variables={**recording.variables, "is_slipping": slips})
+
+
 @pytest.fixture(scope="module")
 def files(run, other, stopped, tmp_path_factory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("a folder, with blanks & umläuts")
     shown = {"one": (run,), "two": (run, other), "uneven": (run, stopped), "stopped": (stopped,)}
+    shown |= {"slipped": (slipping(run),), "both": (slipping(run), stopped)}
     for name, recordings in shown.items():
         write_report(folder / f"{name}.html", *recordings)
     return {name: folder / f"{name}.html" for name in shown}
@@ -212,6 +221,106 @@ def test_a_layer_can_be_hidden(visit):
     assert differs(before, film(page)) > 0.02
     page.evaluate(switch)
     assert differs(before, film(page)) == 0.0
+
+
+ROWS = "[...document.querySelectorAll('.events button')]"
+
+
+@needs_chromium
+def test_a_click_on_an_event_leads_to_it(visit, run):
+    """All events are listed with time, kind, finger and figures; the film shows the slip at its first instant."""
+    page = visit("slipped")
+    rows = page.evaluate(f"{ROWS}.map((row) => [...row.children].map((cell) => cell.textContent))")
+    expected = find_events(slipping(run))
+    assert [row[1] for row in rows] == [event.kind for event in expected]
+    k = next(k for k, event in enumerate(expected) if event.kind == "slip")
+    assert rows[k] == ["0.508 s", "slip", "finger 2 tip", expected[k].text]
+    start = film(page)
+    box = page.evaluate(f"{ROWS}[{k}].getBoundingClientRect().toJSON()")
+    click(page, box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert page.evaluate("softhand.time()") == pytest.approx(0.508)
+    assert page.evaluate("document.querySelector('.film .slip').textContent") == "slipping: finger 2"
+    assert differs(start, film(page)) > 0.01
+    assert page.evaluate(f"{ROWS}.findIndex((row) => row.hasAttribute('aria-current'))") == k
+
+
+@needs_chromium
+def test_the_mark_of_a_slip_appears_with_it_and_goes(visit):
+    """Not before the slip, and no longer than a tenth of a second after; no mark if its layer is hidden."""
+    page = visit("slipped")
+    said = page.evaluate(
+        "[0.49, 0.508, 0.55, 0.6, 0.63, 1.18, 1.2, 1.28, 1.32].map((time) => { softhand.setTime(time);"
+        "return document.querySelector('.film .slip').textContent; })"
+    )
+    assert said == ["", *["slipping: finger 2"] * 3, "", "", *["slipping: finger 2"] * 2, ""]
+    page.evaluate("softhand.setTime(0.55)")
+    with_mark = film(page)
+    page.evaluate("[...document.querySelectorAll('.layers label')].find((l) => l.textContent === 'Slip').click()")
+    assert differs(with_mark, film(page)) > 0.0005
+    assert page.evaluate("document.querySelector('.film .slip').textContent") == ""
+
+
+@needs_chromium
+def test_keys_go_through_the_events(visit):
+    """Down and up take the film along, End is the last event; space goes to the event and plays nothing."""
+    page = visit("slipped")
+
+    def press(key, text=""):
+        for kind in ("keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key if text == "" else "Space", text=text)
+
+    times = page.evaluate("data.runs[0].events.map((event) => event.time)")
+    assert page.evaluate(f"{ROWS}.map((row) => row.tabIndex)") == [0] + [-1] * (len(times) - 1)
+    page.evaluate(f"{ROWS}[0].focus()")
+    for key, k in (("ArrowDown", 1), ("ArrowDown", 2), ("ArrowUp", 1), ("End", -1), ("Home", 0)):
+        press(key)
+        assert page.evaluate("softhand.time()") == pytest.approx(times[k])
+        assert page.evaluate("document.activeElement.tabIndex") == 0
+    page.evaluate("softhand.setTime(1.0)")
+    press(" ", " ")
+    assert page.evaluate("softhand.time()") == pytest.approx(times[0])
+    assert not page.evaluate("document.querySelector('.play').classList.contains('on')")
+    press("ArrowRight")
+    assert page.evaluate("softhand.time()") == pytest.approx(times[0] + 1 / 60)
+
+
+@needs_chromium
+def test_events_of_several_runs_are_one_list(visit):
+    """In the order of time, each with the letter of its run; the legend says what any run shows."""
+    page = visit("both")
+    rows = page.evaluate(f"{ROWS}.map((row) => [row.children[0].textContent, parseFloat(row.children[1].textContent)])")
+    assert {label for label, _ in rows} == {"A", "B"} and [time for _, time in rows] == sorted(time for _, time in rows)
+    legend = page.evaluate("document.querySelector('.facts .legend').innerText")
+    assert "Slipping, now or in the last" in legend and "a real tip would slip" in legend
+    page.evaluate("softhand.setTime(0.55)")
+    said = page.evaluate("[...document.querySelectorAll('.film .slip')].map((mark) => mark.textContent)")
+    assert said == ["slipping: finger 2", ""]
+
+
+@needs_chromium
+def test_without_events_there_is_no_list(visit, run):
+    """A run in which nothing happens, and no word of events or slip."""
+    assert find_events(run) == []
+    page = visit("one")
+    assert page.evaluate("document.querySelector('.events').hidden")
+    assert "Events" not in page.evaluate("document.body.innerText")
+    assert "lipping" not in page.evaluate("document.body.innerText")
+
+
+@needs_chromium
+def test_a_long_list_scrolls(chromium, run, tmp_path):
+    """Sixty slips do not push the numbers off the page."""
+    slips = np.zeros_like(run.is_slipping)
+    slips[20::33, 0] = 1
+    write_report(tmp_path / "long.html", dataclasses.replace(run, variables={**run.variables, "is_slipping": slips}))
+    page = chromium.page(1400, 900)
+    page.open((tmp_path / "long.html").as_uri())
+    page.evaluate("softhand.ready.then(() => true)")
+    inner, shown, bottom = page.evaluate(
+        "(() => { const list = document.querySelector('.events ol'), facts = document.querySelector('.facts');"
+        "return [list.scrollHeight, list.clientHeight, facts.getBoundingClientRect().bottom] })()"
+    )
+    assert inner > 5 * shown and bottom <= 900
 
 
 @needs_chromium
@@ -485,11 +594,38 @@ def test_a_mistake_is_one_line(run, tmp_path, arguments, words):
 
 
 def test_slip_is_marked_on_the_use_of_the_limit():
-    """Where a tip slips, at the samples shown, its curve has marks; the panel says what they are."""
+    """Where a tip slips, at the samples shown, its curve has bars; the panel says what they are."""
     recording = simulate(load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.8}))
     data = data_of(report_page([recording]))
     panels = [panel for block in data["blocks"] for panel in block["panels"] if panel["title"] == "limit-surface use"]
     (panel,) = panels
     slipping = recording.is_slipping[samples_of(recording)]
-    assert slipping.any() and panel["note"] == "slip is marked"
-    assert [curve["marks"] for curve in panel["curves"]] == [np.flatnonzero(tip).tolist() for tip in slipping.T]
+    assert slipping.any() and panel["note"] == "slip"
+    assert [curve["bars"] for curve in panel["curves"]] == [np.flatnonzero(tip).tolist() for tip in slipping.T]
+
+
+def test_no_slip_falls_between_the_samples_of_a_curve(run):
+    """A run of more samples than a curve shows: slips of one sample still have their bar, and nothing else has."""
+    long = {name: np.concatenate([array] * 3) for name, array in run.variables.items()}
+    long["time"] = np.arange(len(long["time"])) * 1e-3
+    long["is_slipping"] = np.zeros_like(long["is_slipping"])
+    long["is_slipping"][[0, 100, 4001], [0, 1, 2]] = 1
+    scenario = run.scenario.replace('contact = "rolling"', 'contact = "coulomb"')
+    recording = dataclasses.replace(run, variables=long, scenario=scenario, stop_time=float(long["time"][-1]))
+    (panel,) = [
+        panel
+        for block in data_of(report_page([recording]))["blocks"]
+        for panel in block["panels"]
+        if panel["title"] == "limit-surface use"
+    ]
+    samples = samples_of(recording)
+    assert len(samples) < len(recording) / 2
+    first_after = [int(np.searchsorted(samples, k)) for k in (0, 100, 4001)]
+    assert [curve["bars"] for curve in panel["curves"]] == [[k] for k in first_after]
+
+
+def test_films_have_a_frame_where_a_slip_begins(run):
+    """The first instant of each mark, though it lies between two frames."""
+    data = data_of(report_page([slipping(run)]))
+    times = array_of(data, data["runs"][0]["film"]["times"])
+    assert len(times) == 121 + 1 and np.isclose(times, 0.508, atol=1e-6).sum() == 1  # 1.2 s is a frame anyway

@@ -21,8 +21,10 @@ from typer.testing import CliRunner
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
 from softhand.cli import app
 from softhand.viewer.browser import Browser
+from softhand.viewer.contacts import Supports
 from softhand.viewer.live import Pace, Replay
-from softhand.viewer.palette import SLIPPING, use_colour
+from softhand.viewer.moment import recorded_moment
+from softhand.viewer.palette import SLIP, SLIPPING, use_colour
 from softhand.viewer.scene import RecordedScene
 from softhand.viewer.stream import encode
 from softhand.viewer.visuals import read_visuals
@@ -204,6 +206,132 @@ def test_meshes_are_drawn_if_they_can_be_read(tmp_path, file):
     assert unread == ["package://none/there.stl"]
     assert visuals[0].mesh.vertices.max() == pytest.approx(2.0)
     assert len(visuals[0].mesh.faces) == 4
+
+
+# ---------------------------------------------------------------------------------------------------- slip and supports
+
+
+def slipping(recording, samples=slice(100, 103), tip=1) -> Recording:
+    """The recording with a slip of one tip at some samples."""
+    slips = np.zeros_like(recording.is_slipping)
+    slips[samples, tip] = 1
+    return dataclasses.replace(recording, variables={**recording.variables, "is_slipping": slips})
+
+
+def test_a_slip_is_marked_while_it_lasts_and_a_tenth_of_a_second_longer(recording):
+    """At its tip alone, around the contact; then it pales."""
+    scene = RecordedScene(slipping(recording))
+    shown = [updates_of(scene, k)["slip/finger_2_tip"] for k in range(len(recording))]
+    seen = [k for k, mark in enumerate(shown) if mark.visible]
+    assert seen[:102] == list(range(100, 202)) and seen[102:] in ([], [202])  # 0.202 - 0.102 is 0.1 but for rounding
+    np.testing.assert_array_equal(shown[101].pose[:3, 3], recording.contact_point[101, 1])
+    np.testing.assert_array_equal(shown[101].pose[:3, :3], recording.contact_rotation[101, 1])
+    assert shown[101].colour == SLIP and shown[150].colour > SLIP and shown[200].colour > shown[150].colour
+    for other in ("slip/finger_1_tip", "slip/finger_3_tip"):
+        assert not any(updates_of(scene, k)[other].visible for k in (100, 102, 150))
+    assert [entry.text for entry in scene.legend if entry.ring] == ["Slipping, now or in the last 0.1\u00a0s"]
+
+
+def test_the_ring_of_slip_is_broken_and_outside_of_the_tip(recording):
+    """No colour is needed to tell it from the track of the torsion; it lies between the tip and that track."""
+    ring = next(item for item in RecordedScene(slipping(recording)).items if item.name == "slip/finger_1_tip")
+    around = np.hypot(ring.vertices[:, 0], ring.vertices[:, 1])
+    assert 0.010 < around.min() < around.max() < 0.0155
+    angles = np.sort(np.arctan2(ring.vertices[:, 1], ring.vertices[:, 0]))
+    assert np.count_nonzero(np.diff(angles) > 0.2) >= 7  # gaps [rad]
+
+
+def test_tips_that_cannot_slip_have_no_mark(scene):
+    """Rolling: neither layer nor legend; Coulomb: both, though nothing slips."""
+    assert "slip" not in scene.layers and not any(entry.layer == "slip" for entry in scene.legend)
+    assert any("a real tip would slip" in entry.text for entry in scene.legend)
+    coulomb = RecordedScene(simulate(load_scenario("target-a", {"duration": 0.002, "fingertip.contact": "coulomb"})))
+    assert coulomb.layers["slip"] == "Slip" and sum(entry.ring for entry in coulomb.legend) == 1
+    assert not any("a real tip would slip" in entry.text for entry in coulomb.legend)
+
+
+def test_a_live_page_marks_slips_between_two_pictures():
+    """A slip that no picture shows is noted, and on the next one for a tenth of a second."""
+    simulation = build(load_scenario("target-a", {"fingertip.contact": "coulomb"}))
+    observation = simulation.sample()
+    with Viewer(simulation, port=PORT) as viewer:
+        marks = [k for k, item in enumerate(viewer._scene.items) if item.layer == "slip"]
+
+        def visible():
+            rows = np.frombuffer(viewer._render()[1], "<f4")[1:]
+            return [rows[16 * k + 15] for k in marks]
+
+        assert visible() == [0.0, 0.0, 0.0]
+        observation.is_slipping[2], observation.time, viewer._due = 1, 0.01, np.inf
+        viewer.show(observation)
+        for now, seen in ((0.05, 1.0), (0.109, 1.0), (0.2, 0.0)):
+            observation.is_slipping[2], observation.time, viewer._due = 0, now, 0.0
+            viewer.show(observation)
+            assert visible() == [0.0, 0.0, seen]
+
+
+@pytest.fixture(scope="module")
+def lift() -> Recording:
+    return simulate(load_scenario("grasp-and-lift", {"duration": 0.01}))
+
+
+def arrow_of(updates, name, part="shaft"):
+    head = updates[f"{name}head"].pose
+    return head[:3, 3] + head[:3, 2] - updates[f"{name}{part}"].pose[:3, 3]
+
+
+def test_arrows_of_the_table_carry_the_object(lift):
+    """From the four corners that stand, against gravity, of equal length; none where nothing touches."""
+    scene = RecordedScene(lift)
+    updates = updates_of(scene, 10)
+    seen = [name for name in lift.labels["support"] if updates[f"supports/{name} shaft"].visible]
+    assert seen == [f"table corner {k}" for k in (2, 4, 6, 8)]
+    arrows = np.array([arrow_of(updates, f"supports/{name} ") for name in seen])
+    np.testing.assert_allclose(arrows[:, :2], 0.0, atol=1e-6)
+    np.testing.assert_allclose(arrows[:, 2], arrows[0, 2], rtol=1e-3)
+    assert arrows[0, 2] < -0.01  # gravity is along +z here
+    for name in seen:
+        k = lift.labels["support"].index(name)
+        np.testing.assert_array_equal(updates[f"supports/{name} shaft"].pose[:3, 3], lift.support_point[10, k])
+
+
+def test_arrows_of_other_supports_are_the_force_on_their_base(lift):
+    """Of a palm that on the object, of two tips that on the second one: as recorded, the table's the other way."""
+    moment = dataclasses.replace(
+        recorded_moment(lift, 10), support_point=np.zeros((2, 3)), support_force=np.tile([0.0, 3.0, 4.0], (2, 1))
+    )
+    palm, table = Supports(["palm 1", "table finger_1_tip"], 0.01, 0.001).update(moment)[::2]
+    np.testing.assert_allclose(palm.pose[:3, 2] / np.linalg.norm(palm.pose[:3, 2]), [0.0, 0.6, 0.8])
+    np.testing.assert_allclose(table.pose[:3, 2] / np.linalg.norm(table.pose[:3, 2]), [0.0, -0.6, -0.8])
+
+
+def test_supports_are_a_layer_only_where_there_are_some(scene, lift):
+    """With a legend that says how large the longest is, a quarter of 0.2 kg."""
+    assert "supports" not in scene.layers and not any(entry.layer == "supports" for entry in scene.legend)
+    lifted = RecordedScene(lift)
+    assert lifted.layers["supports"] == "Support forces"
+    assert [entry.text for entry in lifted.legend if entry.layer == "supports"] == [
+        "Force of a support, own scale, longest 0.49\u00a0N"
+    ]
+
+
+def test_a_live_page_shows_supports_and_leaves_room_for_forces_to_come(lift):
+    """At a start with open fingers the longest arrow stands for two weights, not for next to nothing."""
+    simulation = build(load_scenario("grasp-and-lift"))
+    with Viewer(simulation, port=PORT) as viewer:
+        texts = [entry.text for entry in viewer._scene.legend]
+        viewer.show(simulation.sample())
+        rows = np.frombuffer(viewer._render()[1], "<f4")[1:]
+        seen = {item.name: rows[16 * k + 15] for k, item in enumerate(viewer._scene.items)}
+    assert "longest 3.9\u00a0N" in texts[0] and "Force of a support, own scale, longest 2\u00a0N" in texts
+    assert [seen[f"supports/table corner {k} head"] for k in range(1, 9)] == [0.0, 1.0] * 4
+
+
+def test_a_tip_in_the_air_has_no_track_of_torsion(lift, scene):
+    """Open fingers have none, tips that press have one each."""
+    in_air, pressing = updates_of(RecordedScene(lift), 5), updates_of(scene, 5)
+    for tip in lift.labels["contact"]:
+        assert pressing[f"torsion/{tip}_track"].visible and not in_air[f"torsion/{tip}_track"].visible
 
 
 # -------------------------------------------------------------------------------------------------------- the recording
@@ -496,6 +624,40 @@ def test_each_layer_has_a_switch_that_works(browser, replay, scene):
         assert page.evaluate("document.getElementById('stage').toDataURL()") != before, key
         page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
     assert page.evaluate("document.getElementById('stage').toDataURL()") == before
+
+
+@needs_chromium
+def test_a_slip_is_in_the_picture_and_in_words(browser, recording):
+    """The finger is named while it is marked; without the layer neither is there."""
+    page = browser.page(900, 700)
+    words = "document.getElementById('slip').textContent"
+    with view(slipping(recording), port=PORT) as replay:
+        page.open(replay.address)
+        for moment, said in ((0.09, ""), (0.15, "slipping: finger 2"), (0.3, "")):
+            picture(page, replay, moment)
+            assert page.evaluate(words) == said
+        before = picture(page, replay, 0.15)
+        page.evaluate("document.querySelector('[data-layer=slip]').click()")
+        assert page.evaluate("document.getElementById('stage').toDataURL()") != before
+        assert page.evaluate(words) == "" and page.console_errors == []
+
+
+@needs_chromium
+@pytest.mark.parametrize("size", [(1200, 800), (620, 600), (480, 700)])
+def test_nothing_of_the_panel_is_cut_off(browser, replay, size):
+    """All buttons of the panel lie within it, and the panel beside the picture, on a narrow window too."""
+    page = browser.page(*size)
+    page.open(replay.address)
+    picture(page, replay, 0.05)
+    places = page.evaluate(
+        "['#panel', '#stage', '#player', ...[1, 2, 3, 4, 5].map((k) => `#views button:nth-child(${k})`)].map("
+        "(name) => { const box = document.querySelector(name).getBoundingClientRect();"
+        "return [box.left, box.right, box.top, box.bottom] })"
+    )
+    panel, stage, player, *buttons = places
+    assert panel[1] < stage[0] + 1.0 and stage[1] <= size[0] and player[1] <= size[0]
+    assert panel[3] <= player[2] or panel[1] <= player[0]
+    assert all(panel[0] < left and right < panel[1] for left, right, _, _ in buttons)
 
 
 @needs_chromium

@@ -26,7 +26,7 @@ from softhand.viewer.visuals import Visual
 
 Array = NDArray[np.float64]
 
-_TABLE_SIDE = 18.0  # in units
+_TABLE_SIDE = 16.0  # in units
 
 
 class Plane(NamedTuple):

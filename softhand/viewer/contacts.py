@@ -1,4 +1,4 @@
-"""The contacts in the picture: soft tips, discs, forces, torsion, trails, internal forces."""
+"""The contacts in the picture: soft tips, discs, forces, slip, torsion, trails, internal forces, supports."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from softhand.viewer.item import Colour, Part, Update, item
 from softhand.viewer.moment import Moment
-from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, TORSION, TRAIL, use_colour
-from softhand.viewer.shapes import Mesh, arrow, axes_along, disc, grid_faces, lathe
+from softhand.viewer.palette import DISC, INTERNAL, NET, RAMP, SLIP, SUPPORT, TORSION, TRAIL, paler, use_colour
+from softhand.viewer.shapes import Mesh, arrow, axes_along, disc, grid_faces, lathe, merged
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.tip_shape import Indentation, net_segments, tip_faces, tip_net, tip_surface
 
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _TRAIL_POINTS, _TRAIL_SIDES = 64, 6
 _GAUGE_RINGS, _GAUGE_SIDES = 48, 8
 _GAUGE_LARGEST = 1.5 * np.pi  # [rad], arc of the largest torsion
+_TABLE = "table "  # how names of supports on the table begin; their base is the table
+_DASHES, _DASH = 8, 0.5  # of the ring of slip: how many, and [rad] along each
 _ABOVE = 0.03  # of the unit: how far flat things are lifted off the face, so that they do not flicker in it
 
 
@@ -71,18 +73,48 @@ class Forces(Part):
         """From the contact point into the object."""
         updates = []
         for i in range(len(moment.contact_force)):
-            force = moment.contact_rotation[i] @ moment.contact_force[i, :3]
-            length = self._scale * float(np.linalg.norm(force))
-            colour, start = use_colour(moment.friction_use[i]), moment.contact_point[i]
-            seen = bool(length > 1e-3 * self._unit and np.isfinite(length))
-            axes = axes_along(force) if seen else np.eye(3)
-            head = min(0.9 * self._unit, 0.5 * length)
-            updates += [
-                Update(_placed(axes, start, 0.1 * self._unit, length - head), None, colour, seen),
-                Update(
-                    _placed(axes, start + (length - head) * axes[:, 2], 0.29 * self._unit, head), None, colour, seen
-                ),
-            ]
+            reach = self._scale * moment.contact_rotation[i] @ moment.contact_force[i, :3]
+            updates += _arrow_to(moment.contact_point[i], reach, self._unit, use_colour(moment.friction_use[i]))
+        return updates
+
+
+class Supports(Part):
+    """A thin arrow for the force of each support: of the table on what lies on it, else on the base of the support."""
+
+    def __init__(self, names: Sequence[str], unit: float, metres_per_newton: float) -> None:
+        shaft, head = arrow()
+        self._unit = unit
+        self._scales = [metres_per_newton * (-1.0 if name.startswith(_TABLE) else 1.0) for name in names]
+        self.items = []
+        for name in names:
+            self.items += [item(f"supports/{name} shaft", shaft, SUPPORT), item(f"supports/{name} head", head, SUPPORT)]
+
+    def update(self, moment: Moment) -> list[Update]:
+        """From where it touches."""
+        updates = []
+        for scale, point, force in zip(self._scales, moment.support_point, moment.support_force, strict=True):
+            updates += _arrow_to(point, scale * force, 0.5 * self._unit)
+        return updates
+
+
+class Slips(Part):
+    """A broken ring around each contact that slips, seen through all else; it pales and goes a while after the slip."""
+
+    def __init__(self, names: Sequence[str], unit: float, hold: float) -> None:
+        self._hold, self._unit = hold, unit
+        self.items = [item(f"slip/{name}", _broken_ring(unit), SLIP, on_top=True) for name in names]
+        self.since = np.full(len(names), np.inf)
+        """Time since each tip slipped [s], shape (nc,)."""
+
+    def update(self, moment: Moment) -> list[Update]:
+        """In the plane of the contact, around the tip."""
+        updates = []
+        for i in range(len(self.items)):
+            pose, since = np.eye(4), self.since[i]
+            pose[:3, :3], pose[:3, 3] = moment.contact_rotation[i], moment.contact_point[i]
+            seen = bool(since <= self._hold)
+            colour = paler(SLIP, 0.6 * since / self._hold if seen else 0.0)
+            updates.append(Update(pose, None, colour, seen))
         return updates
 
 
@@ -107,7 +139,7 @@ class Torsion(Part):
             pose[:3, 3] = moment.contact_point[i] - 0.1 * self._unit * moment.contact_rotation[i, :, 2]
             angle = float(np.clip(self._scale * torsion, -_GAUGE_LARGEST, _GAUGE_LARGEST))
             updates.append(Update(pose, gauge_vertices(angle, self._unit), visible=abs(angle) > 0.1))
-            updates.append(Update(pose))
+            updates.append(Update(pose, visible=bool(moment.deformation[i, 0] > 0.0)))
         return updates
 
 
@@ -187,6 +219,33 @@ def tube(path: Array, normal: Array, radius: float) -> Array:
     around = np.linspace(0.0, 2.0 * np.pi, _TRAIL_SIDES, endpoint=False)[:, None]
     vertices: Array = points[:, None] + radius * (np.cos(around) * side[:, None] + np.sin(around) * normal)
     return vertices.reshape(-1, 3)
+
+
+def _broken_ring(unit: float) -> Mesh:
+    """Dashes along a circle about z, a little outside of the tip."""
+    rows, sides, radius, thick = 7, 8, 1.28 * unit, 0.13 * unit
+    around = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
+    dashes = []
+    for start in np.linspace(0.0, 2.0 * np.pi, _DASHES, endpoint=False):
+        along = start + np.append(np.append(0.0, np.linspace(0.0, _DASH, rows)), _DASH)
+        tube = thick * np.array([0.0, *np.ones(rows), 0.0])[:, None]  # closed at both ends
+        radial = np.stack([np.cos(along), np.sin(along), np.zeros_like(along)], axis=-1)[:, None]
+        offset = np.cos(around)[:, None] * radial + np.sin(around)[:, None] * np.array([0.0, 0.0, 1.0])
+        dashes.append(Mesh((radius * radial + tube[..., None] * offset).reshape(-1, 3), grid_faces(rows + 2, sides)))
+    return merged(dashes)
+
+
+def _arrow_to(start: Array, reach: Array, unit: float, colour: Colour | None = None) -> list[Update]:
+    """Shaft and head of an arrow over a vector [m], as thick as the unit [m] says; no arrow for next to nothing."""
+    length = float(np.linalg.norm(reach))
+    seen = bool(length > 1e-3 * unit and np.isfinite(length))
+    axes = axes_along(reach) if seen else np.eye(3)
+    head = min(0.9 * unit, 0.5 * length)
+    neck = start + (length - head) * axes[:, 2]
+    return [
+        Update(_placed(axes, start, 0.1 * unit, length - head), None, colour, seen),
+        Update(_placed(axes, neck, 0.29 * unit, head), None, colour, seen),
+    ]
 
 
 def _gauge_faces() -> NDArray[np.int32]:

@@ -95,11 +95,11 @@ def _panels(store: Store, recording: Recording, run: int) -> Iterator[tuple[str,
             yield block, panel, fingers(values)
     if is_coulomb(recording):
         use = recording["limit_surface_use"]
-        slips = recording["is_slipping"][samples] != 0
+        slips = np.maximum.reduceat(recording["is_slipping"] != 0, np.append(0, samples[:-1] + 1))  # none is left out
         panel = {"title": "limit-surface use", "unit": "-", "least": 0.5, **_use_panel(use)}
-        panel["note"] = panel["note"] or ("slip is marked" if slips.any() else "")
-        marked = zip(fingers(use), slips.T, strict=True)
-        yield "Contact forces", panel, [{**one, "marks": np.flatnonzero(slip).tolist()} for one, slip in marked]
+        panel["note"] = panel["note"] or ("slip" if slips.any() else "")
+        barred = zip(fingers(use), slips.T, strict=True)
+        yield "Contact forces", panel, [{**one, "bars": np.flatnonzero(slip).tolist()} for one, slip in barred]
     yield from _torques(recording, samples, curve)
 
 
@@ -119,7 +119,7 @@ def _torques(recording: Recording, samples: Array, curve: Any) -> Iterator[tuple
                 cut = np.flatnonzero(recording.torque_limited[samples, joint])
                 torque = curve(recording.joint_torque[:, joint], _color(finger), recording.labels["joint"][joint])
                 curves.append({**torque, "marks": cut.tolist()})
-        note = "effort limit reached" if any(torque["marks"] for torque in curves) else ""
+        note = "■ limit" if any(torque["marks"] for torque in curves) else ""
         yield "Joint torques", {"title": f"joint {rank + 1}", "unit": "N m", "least": 0.1, "note": note}, curves
 
 

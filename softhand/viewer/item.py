@@ -22,6 +22,8 @@ LAYERS: dict[str, str] = {
     "table": "Table",
     "tips": "Fingertips",
     "forces": "Contact forces",
+    "supports": "Support forces",
+    "slip": "Slip",
     "torsion": "Torsion",
     "trails": "Trails",
     "desired": "Desired pose",

@@ -18,7 +18,7 @@ from softhand.observation import Observation
 from softhand.recording import Recording
 from softhand.sensing import Sensor
 from softhand.simulation import Simulation
-from softhand.viewer.moment import observed_moment
+from softhand.viewer.moment import Past, observed_moment
 from softhand.viewer.scene import RecordedScene, Scene, live_scene
 from softhand.viewer.server import DEFAULT_PORT, LOOPBACK, PageServer
 from softhand.viewer.stream import describe, encode
@@ -100,24 +100,29 @@ class Viewer(Page):
 
     def __init__(self, simulation: Simulation, host: str = LOOPBACK, port: int = DEFAULT_PORT) -> None:
         sensor = Sensor(simulation.plant, simulation.observation.desired)
-        first = observed_moment(sensor.observe(simulation.state, simulation.time))
+        plant = self._plant = simulation.plant
+        first = observed_moment(sensor.observe(simulation.state, simulation.time), plant)
         first = replace(first, desired_pose=first.object_pose)  # nothing is asked for before the first sample
-        self._scene = live_scene(simulation.plant, first)
+        self._scene = live_scene(plant, first)
         self._moment, self._trail, self._due = first, [first.contact_on_object], 0.0
+        self._slipped = np.full(len(first.friction_use), -np.inf)  # when each tip did so last [s]
         self._count, self._drawn = 0, (-1, b"")
         bounds = self._scene.extent([first])
         self._server = PageServer(
-            describe(self._scene, bounds, "softhand", None), self._render, lambda command: None, host, port
+            describe(self._scene, bounds, "", None), self._render, lambda command: None, host, port
         )
 
     def show(self, observation: Observation) -> None:
-        """Show this; if the last picture is younger than 1/60 s, do nothing."""
+        """Show this; if the last picture is younger than 1/60 s, note slips alone."""
+        if observation.is_slipping.any():
+            self._slipped[observation.is_slipping != 0] = observation.time
         now = clock.perf_counter()
         if now >= self._due:
             self._due = now + 1.0 / FRAMES_PER_SECOND
-            moment = observed_moment(observation)
+            moment = observed_moment(observation, self._plant)
             if moment.time < self._moment.time:
                 self._trail = []
+                self._slipped = np.where(observation.is_slipping != 0, moment.time, -np.inf)
             if len(self._trail) >= _LONGEST_TRAIL:
                 self._trail = self._trail[::2]
             self._trail = [*self._trail, moment.contact_on_object]  # a new list: the other thread may read the old one
@@ -128,7 +133,8 @@ class Viewer(Page):
         count = self._count
         if self._drawn[0] != count:
             moment = self._moment
-            self._drawn = count, encode(self._scene, moment.time, self._scene.draw(moment, np.array(self._trail)))
+            past = Past(np.array(self._trail), np.maximum(moment.time - self._slipped, 0.0))
+            self._drawn = count, encode(self._scene, moment.time, self._scene.draw(moment, past))
         return self._drawn
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from softhand.errors import RecordingError
 from softhand.model.configuration import rotation_of
 from softhand.observation import Observation
+from softhand.plant import Plant
 from softhand.recording import Recording
 
 Array = NDArray[np.float64]
@@ -24,7 +25,7 @@ _NEEDED = (
 
 @dataclass(frozen=True)
 class Moment:
-    """Copies of what is seen at one time. SI units, world axes; nc contacts."""
+    """Copies of what is seen at one time. SI units, world axes; nc contacts, ns supports."""
 
     time: float
     joint_position: Array
@@ -39,6 +40,10 @@ class Moment:
     deformation: Array
     friction_use: Array
     internal_force: Array
+    support_point: Array
+    """Shape (ns, 3)."""
+    support_force: Array
+    """As recorded, on the base of each support, but in the world [N], shape (ns, 3)."""
 
     @property
     def distance(self) -> Array:
@@ -53,34 +58,68 @@ class Moment:
         return (self.contact_point - self.object_pose[:3, 3]) @ self.object_pose[:3, :3]
 
 
+class Past(NamedTuple):
+    """What a picture shows of the time before its moment."""
+
+    path: Array
+    """Contact points so far in the object frame [m], the last one now, shape (samples, nc, 3)."""
+    since_slip: Array
+    """Time since each tip slipped, 0 while it slips, infinite if it did not [s], shape (nc,)."""
+
+    @classmethod
+    def none(cls, contacts: int) -> Past:
+        """Of a picture without any."""
+        return cls(np.zeros((0, contacts, 3)), np.full(contacts, np.inf))
+
+
 def recorded_moment(recording: Recording, k: int) -> Moment:
     """Sample k of a recording."""
     row: dict[str, Any] = {name: recording[name][k] for name in _NEEDED}
+    point, force = _recorded_supports(recording, k)
     return Moment(
         float(recording.time[k]),
         row["joint_position"],
         pose_of(row["object_position"], row["object_rpy"]),
         pose_of(row["object_position_desired"], row["object_rpy_desired"]),
-        *(row[name] for name in _CONTACT_FIELDS),
+        **{name: row[name] for name in _CONTACT_FIELDS},
+        support_point=point,
+        support_force=force,
     )
 
 
-def observed_moment(observation: Observation) -> Moment:
-    """What a controller sees, copied."""
-    desired = observation.desired.coordinates
+def _recorded_supports(recording: Recording, k: int) -> tuple[Array, Array]:
+    if not set(_SUPPORT_ARRAYS) <= recording.variables.keys():
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    point, rotation, force = (recording[name][k] for name in _SUPPORT_ARRAYS)
+    return point, _in_world(rotation, force)
+
+
+def observed_moment(observation: Observation, plant: Plant) -> Moment:
+    """What a controller sees and the supports of the plant at the same state, copied."""
+    desired, supports = observation.desired.coordinates, plant.support_contacts
+    contacts: dict[str, Any] = {name: getattr(observation, name).copy() for name in _CONTACT_FIELDS}
     return Moment(
         observation.time,
         observation.joint_position.copy(),
         pose_of(observation.object_position, observation.object_rpy),
         pose_of(desired[:3], desired[3:]),
-        *(getattr(observation, name).copy() for name in _CONTACT_FIELDS),
+        **contacts,
+        support_point=supports["point"].copy(),
+        support_force=_in_world(supports["rotation"], supports["force"]),
     )
+
+
+def _in_world(rotation: Array, force: Array) -> Array:
+    """Forces [N] of contacts in world axes, shape (n, 3)."""
+    turned: Array = np.einsum("nij,nj->ni", rotation, force[:, :3])
+    return turned
 
 
 _CONTACT_FIELDS = (
     "tip_position", "contact_point", "contact_rotation", "contact_force", "contact_angles", "deformation",
     "friction_use", "internal_force",
 )  # fmt: skip
+_SUPPORT_ARRAYS = "support_point", "support_rotation", "support_force"
 
 
 def check_viewable(recording: Recording) -> None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from softhand.recording import Recording
 from softhand.viewer.item import Item, Update
-from softhand.viewer.scene import RecordedScene, Scales
+from softhand.viewer.scene import SLIP_HOLD, RecordedScene, Scales
 
 Array = npt.NDArray[Any]
 Data = dict[str, Any]
@@ -65,8 +65,8 @@ def pack_film(
     Raises:
         RecordingError: the recording lacks what a picture needs.
     """
-    scene = RecordedScene(recording, scales)
-    frames = frames_of(recording, rate, most)
+    scene = RecordedScene(recording, scales, max(SLIP_HOLD, 1.0 / rate))  # at a low rate no slip falls between pictures
+    frames = np.union1d(frames_of(recording, rate, most), scene.slip_begins)
     updates: list[Sequence[Update]] = []
     for done, k in enumerate(frames):
         updates.append(scene.frame(int(k)))
@@ -76,8 +76,8 @@ def pack_film(
         "bounds": scene.bounds.plain(),
         "layers": [{"key": key, "title": title, "shown": True} for key, title in scene.layers.items()],
         "legend": [
-            {"text": entry.text, "colors": entry.colours, "layer": entry.layer, "ends": entry.ends}
-            for entry in scene.legend
+            {"text": e.text, "colors": e.colours, "layer": e.layer, "ends": e.ends, "ring": e.ring}
+            for e in scene.legend
         ],
         "items": [_pack_item(store, item, [row[n] for row in updates]) for n, item in enumerate(scene.items)],
     }

@@ -24,14 +24,22 @@ DISC, TRAIL = rgb("#e6eef8"), rgb("#10151c")
 TORSION, INTERNAL, DESIRED = rgb("#a3308f"), rgb("#2f6fb0"), rgb("#20242b")
 RAMP = (rgb("#009E73"), rgb("#F0E442"), rgb("#D55E00"))
 SLIPPING = rgb("#7a0026")
+SLIP, SUPPORT = rgb("#e4002b"), rgb("#5b4a8a")
+_ROUNDED = 1e-9  # a tip that slips is on the limit
 
 
 def use_colour(use: float) -> Colour:
     """Colour of a friction use: green at 0, red at 1, dark above."""
-    if not use <= 1.0:
+    if not use <= 1.0 + _ROUNDED:
         return SLIPPING
     red, green, blue = (np.interp(max(use, 0.0), (0.0, 0.5, 1.0), [c[k] for c in RAMP]) for k in range(3))
     return float(red), float(green), float(blue)
+
+
+def paler(colour: Colour, share: float) -> Colour:
+    """The same hue with a share of white, 0 to 1."""
+    red, green, blue = (part + share * (1.0 - part) for part in colour)
+    return red, green, blue
 
 
 def darker(colour: Colour, factor: float = 0.6) -> Colour:

@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -110,6 +111,7 @@ def _text_of(recording: Recording) -> dict[str, Any]:
         "facts": [("simulated time", f"{recording.stop_time:g} s"), *summary.rows()],
         "notes": summary.warnings(),
         "phases": phases_of(recording),
+        "events": [asdict(event) for event in summary.events],
         "end": float(recording.time[-1]),
         "scenario": recording.scenario,
         "version": recording.version,

@@ -27,9 +27,9 @@ from softhand.recording import Recording
 from softhand.scenario_file import resolve_path
 from softhand.viewer import palette
 from softhand.viewer.bodies import DesiredPose, Hand, Object, Plane, Table
-from softhand.viewer.contacts import Forces, InternalForces, Tips, Torsion, Trails
+from softhand.viewer.contacts import Forces, InternalForces, Slips, Supports, Tips, Torsion, Trails
 from softhand.viewer.item import LAYERS, Colour, Item, Part, Update
-from softhand.viewer.moment import Moment, check_viewable, recorded_moment
+from softhand.viewer.moment import Moment, Past, check_viewable, recorded_moment
 from softhand.viewer.shapes import ellipsoid
 from softhand.viewer.skeleton import Skeleton
 from softhand.viewer.visuals import read_visuals
@@ -41,7 +41,9 @@ else:
 
 Array = NDArray[np.float64]
 
+SLIP_HOLD = 0.1  # [s] that the mark of a slip stays: most slips are too short to be seen
 _HEADROOM = 1.5  # of a live scene, over the forces at its start
+_LIVE_LOAD = 2.0  # least room for the force of a tip, over the object's weight: fingers may be open at the start
 
 
 class Sphere(NamedTuple):
@@ -79,6 +81,8 @@ class Entry(NamedTuple):
     layer: str
     ends: tuple[str, str] = ("", "")
     """What the start and the end of a ramp stand for."""
+    ring: bool = False
+    """Whether it is drawn as a broken ring, and not as a patch of colour."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,8 @@ class Cast:
         object_folder: likewise.
         table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
         ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
+        supports: names of the supports.
+        slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
     """
 
     hand_urdf: str
@@ -106,6 +112,8 @@ class Cast:
     object_folder: Path | None = None
     table: tuple[Plane, Array] | None = None
     ellipsoid: tuple[float, ...] | None = None
+    supports: tuple[str, ...] = ()
+    slip_hold: float | None = None
 
 
 class Scales(NamedTuple):
@@ -116,6 +124,8 @@ class Scales(NamedTuple):
     torsion: float
     """[N m]"""
     internal_force: float
+    """[N]"""
+    support_force: float
     """[N]"""
 
 
@@ -147,11 +157,14 @@ class Scene:
             for tip in tips
         ]
         self._trails = Trails(tips, unit)
+        self._slips = Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0)
         self._parts: list[Part] = [
             Hand(skeleton, looks, tips, unit),
             Object(body, unit),
             Tips(skeleton, tips, cast.radii, colours),
             Forces(tips, unit, 3.2 * unit / scales.force),
+            Supports(cast.supports, unit, 2.0 * unit / scales.support_force),
+            self._slips,
             Torsion(tips, unit, 1.5 * np.pi / scales.torsion),
             self._trails,
             DesiredPose(body, unit),
@@ -162,17 +175,17 @@ class Scene:
         self.items: list[Item] = [item for part in self._parts for item in part.items]
         used = {item.layer for item in self.items}
         self.layers = {key: title for key, title in LAYERS.items() if key in used}
-        self.legend = _legend(scales)
+        self.legend = [entry for entry in _legend(scales, cast.slip_hold) if entry.layer in used]
 
-    def draw(self, moment: Moment, path: Array) -> list[Update]:
+    def draw(self, moment: Moment, past: Past) -> list[Update]:
         """One update an item, in the order of `items`.
 
         Args:
             moment: what to show.
-            path: contact points so far in the object frame [m], shape (samples, nc, 3).
+            past: what has been before.
         """
         self._skeleton.move(moment.joint_position)
-        self._trails.path = path
+        self._trails.path, self._slips.since = past
         return [update for part in self._parts for update in part.update(moment)]
 
     def extent(self, moments: Sequence[Moment]) -> Bounds:
@@ -187,9 +200,9 @@ class Scene:
 
     def _places(self, moment: Moment) -> Iterator[tuple[str, Array]]:
         """Layer, and vertices in the world, of what has a body."""
-        updates = self.draw(moment, np.zeros((0, len(moment.distance), 3)))
+        updates = self.draw(moment, Past.none(len(moment.distance)))
         for item, update in zip(self.items, updates, strict=True):
-            if item.layer in ("links", "base", "object", "tips", "desired"):
+            if item.layer in ("links", "base", "object", "tips", "desired", "table"):
                 vertices = item.vertices if update.vertices is None else update.vertices
                 pose = np.eye(4) if update.pose is None else update.pose
                 yield item.layer, vertices @ pose[:3, :3].T + pose[:3, 3]
@@ -201,28 +214,32 @@ class RecordedScene(Scene):
     Attributes:
         times: of the samples [s], shape (samples,).
         bounds: spheres around what is seen over the whole run.
+        slip_begins: samples at which a mark of slip appears.
 
     Args:
         recording: what is shown.
         scales: of several recordings that are compared, see `shared_scales`; by default those of this one.
+        slip_hold: how long the mark of a slip stays [s].
 
     Raises:
         RecordingError: the recording lacks what a picture needs.
     """
 
-    def __init__(self, recording: Recording, scales: Scales | None = None) -> None:
+    def __init__(self, recording: Recording, scales: Scales | None = None, slip_hold: float = SLIP_HOLD) -> None:
         scales = scales or shared_scales([recording])
-        super().__init__(_cast_of(recording), scales)
+        super().__init__(_cast_of(recording, slip_hold), scales)
         self.times = recording.time
         self._recording = recording
-        self._path = _path_of(recording)
+        self._path, self._since_slip = _path_of(recording), _since_slip(recording)
+        marked = self._since_slip <= slip_hold
+        self.slip_begins = np.flatnonzero(np.any(marked & ~np.roll(marked, 1, axis=0), axis=1))
         some = range(0, len(recording), max(len(recording) // 25, 1))
         self.bounds = self.extent([recorded_moment(recording, k) for k in some])
 
     def frame(self, k: int) -> list[Update]:
         """Sample k: one update an item, in the order of `items`."""
         k = range(len(self.times))[k]
-        return self.draw(recorded_moment(self._recording, k), self._path[: k + 1])
+        return self.draw(recorded_moment(self._recording, k), Past(self._path[: k + 1], self._since_slip[k]))
 
 
 def shared_scales(recordings: Sequence[Recording]) -> Scales:
@@ -234,7 +251,8 @@ def shared_scales(recordings: Sequence[Recording]) -> Scales:
     each = []
     for recording in recordings:
         check_viewable(recording)
-        each.append(_scales(recording.contact_force, recording.internal_force, _radii_of(recording)))
+        supports = recording.variables.get("support_force", np.zeros(3))[..., :3]
+        each.append(_scales(recording.contact_force, recording.internal_force, supports, _radii_of(recording)))
     return Scales(*map(max, zip(*each, strict=True)))
 
 
@@ -262,11 +280,15 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
             None,
         ),
         world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
+        tuple(support.name for support in plant.supports),
+        SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
     )
-    return Scene(cast, _scales(_HEADROOM * first.contact_force, _HEADROOM * first.internal_force, cast.radii))
+    weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
+    tips, internal, supports = first.contact_force, first.internal_force, first.support_force
+    return Scene(cast, _scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight))
 
 
-def _cast_of(recording: Recording) -> Cast:
+def _cast_of(recording: Recording, slip_hold: float) -> Cast:
     return Cast(
         recording.hand_urdf,
         recording.object_urdf,
@@ -277,7 +299,25 @@ def _cast_of(recording: Recording) -> Cast:
         _folder_of(recording, "object"),
         _table_of(recording),
         _object_section(recording).get("ellipsoid"),
+        recording.labels.get("support", ()),
+        slip_hold if _can_slip(recording) else None,
     )
+
+
+def _can_slip(recording: Recording) -> bool:
+    """Whether tips have a limit of friction, by the recorded scenario, or slipped."""
+    if "is_slipping" not in recording.variables:
+        return False
+    fingertip = _of_scenario(recording, "fingertip")
+    return (isinstance(fingertip, dict) and fingertip.get("contact") == "coulomb") or bool(recording.is_slipping.any())
+
+
+def _since_slip(recording: Recording) -> Array:
+    """Time since each tip slipped, infinite if it did not [s], shape (samples, nc)."""
+    now = recording.time[:, None]
+    slips = recording.variables.get("is_slipping", np.zeros((len(recording), len(recording.labels["contact"]))))
+    since: Array = now - np.maximum.accumulate(np.where(slips != 0, now, -np.inf), axis=0)
+    return since
 
 
 def _table_of(recording: Recording) -> tuple[Plane, Array] | None:
@@ -328,10 +368,15 @@ def _path_of(recording: Recording) -> Array:
     return path
 
 
-def _scales(contact_force: Array, internal_force: Array, radii: Sequence[float]) -> Scales:
-    """The largest of each; a torsion far below what the tips bear is no reason for a long arc."""
-    force = _largest(np.linalg.norm(contact_force[..., :3], axis=-1), 1e-3)
-    return Scales(force, _largest(contact_force[..., 3], 0.1 * force * max(radii)), _largest(internal_force, 1e-3))
+def _scales(
+    contact_force: Array, internal_force: Array, support_force: Array, radii: Sequence[float], weight: float = 0.0
+) -> Scales:
+    """The largest of each, with room for a weight [N]; a torsion far below what tips bear makes no long arc."""
+    least = max(_LIVE_LOAD * weight, 1e-3)
+    force = _largest(np.linalg.norm(contact_force[..., :3], axis=-1), least)
+    support = _largest(np.linalg.norm(support_force, axis=-1), max(weight, 1e-3))
+    torsion = _largest(contact_force[..., 3], 0.1 * force * max(radii))
+    return Scales(force, torsion, _largest(internal_force, least), support)
 
 
 def _largest(values: Array, least: float) -> float:
@@ -367,16 +412,20 @@ def _open_side(moment: Moment, base: Array, upright: Array) -> float:
     return float(azimuths[widest] + 0.36 * gaps[widest])
 
 
-def _legend(scales: Scales) -> list[Entry]:
+def _legend(scales: Scales, slip_hold: float | None) -> list[Entry]:
     """What the colours mean, and how large the largest of each kind is."""
-    return [
+    entries = [
         Entry(
             f"Force on the object, longest {scales.force:.2g}\u00a0N; colour: friction use |f_t| / (μ f_z)",
             palette.RAMP,
             "forces",
             ("0", "1"),
         ),
-        Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces"),
+        Entry(
+            f"Force of a support, own scale, longest {scales.support_force:.2g}\u00a0N",
+            (palette.SUPPORT,),
+            "supports",
+        ),
         Entry(
             f"Torsion on the object, longest arc {1e3 * scales.torsion:.2g}\u00a0N\u00a0mm",
             (palette.TORSION,),
@@ -387,3 +436,9 @@ def _legend(scales: Scales) -> list[Entry]:
         Entry("Where the contact has been", (palette.TRAIL,), "trails"),
         Entry("Where the object is wanted", (palette.DESIRED,), "desired"),
     ]
+    if slip_hold is None:
+        beyond = Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces")
+    else:
+        beyond = Entry(f"Slipping, now or in the last {slip_hold:.2g}\u00a0s", (palette.SLIP,), "slip", ring=True)
+    entries.insert(1, beyond)
+    return entries

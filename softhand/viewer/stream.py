@@ -29,7 +29,13 @@ def describe(scene: Scene, bounds: Bounds, title: str, duration: float | None) -
         "bounds": bounds.plain(),
         "layers": [{"key": key, "title": name, "shown": True} for key, name in scene.layers.items()],
         "legend": [
-            {"text": e.text, "colors": [_css(c) for c in e.colours], "ends": list(e.ends), "layer": e.layer}
+            {
+                "text": e.text,
+                "colors": [_css(c) for c in e.colours],
+                "ends": list(e.ends),
+                "layer": e.layer,
+                "ring": e.ring,
+            }
             for e in scene.legend
         ],
         "times": _pack(np.zeros(1, np.float32)),

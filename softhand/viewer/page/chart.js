@@ -21,9 +21,10 @@ function short(value) {
 }
 
 class Chart {
-  /** panel: {title, unit, least, floor, top, limit, marks}; curves: [{time, values, color, dash, width, label, run}]. */
+  /** panel: {title, unit, least, floor, top, limit, marks}; curves: [{time, values, color, dash, width, label, run, marks, bars}]. */
   constructor(panel, curves, stops, end, seek) {
     Object.assign(this, { panel, curves, stops, end });
+    this.barred = curves.filter((curve) => curve.bars && curve.bars.length);
     this.element = document.createElement("figure");
     this.element.className = "chart";
     this.element.innerHTML =
@@ -54,7 +55,7 @@ class Chart {
     }
     const { least, floor, top, limit } = this.panel;
     if (low > high) [low, high] = [0, 1];
-    if (limit != null) high = Math.max(high, 1.1 * limit);
+    if (limit != null) high = Math.max(high, (this.barred.length ? 1.5 : 1.1) * limit);
     const lack = least - (high - low);
     if (lack > 0) [low, high] = [low - lack / 2, high + lack / 2];
     const air = 0.06 * (high - low);
@@ -108,6 +109,8 @@ class Chart {
     if (this.panel.limit != null) line([[x(0), y(this.panel.limit)], [x(this.end), y(this.panel.limit)]], INK, 1, [4, 2]);
     for (const stop of this.stops) line([[x(stop), MARGIN.top], [x(stop), MARGIN.top + inner]], WARN, 1, [4, 2]);
     for (const curve of this.curves) this.trace(pen, curve, x, y, [low, high]);
+    const row = Math.min(4, (0.25 * inner) / this.barred.length);
+    this.barred.forEach((curve, k) => this.bar(pen, curve, x, MARGIN.top + k * row, row - 1));
     pen.restore();
     line([[MARGIN.left, MARGIN.top], [MARGIN.left, MARGIN.top + inner], [width - MARGIN.right, MARGIN.top + inner]], "#9aa5b1", 1);
   }
@@ -129,6 +132,15 @@ class Chart {
     pen.stroke();
     pen.fillStyle = WARN;
     for (const k of curve.marks || []) pen.fillRect(x(curve.time[k]) - 1, y(curve.values[k]) - 1, 2.5, 2.5);
+  }
+
+  /** Bars over the times of some samples, each back to the sample before, at the top of the panel. */
+  bar(pen, curve, x, top, height) {
+    pen.fillStyle = curve.color;
+    for (const k of curve.bars) {
+      const begin = x(curve.time[Math.max(k - 1, 0)]);
+      pen.fillRect(begin, top, Math.max(x(curve.time[k]) - begin, 2), height);
+    }
   }
 
   timeAt(event) {

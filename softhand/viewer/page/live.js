@@ -55,8 +55,8 @@ function fillLayers(film, stage) {
 }
 
 function legendEntry(entry) {
-  const row = element("div", "entry"), swatch = element("i", "swatch");
-  swatch.style.background = entry.colors.length > 1 ? "none" : entry.colors[0];
+  const row = element("div", "entry"), swatch = element("i", entry.ring ? "ring" : "swatch");
+  swatch.style.background = entry.colors.length > 1 || entry.ring ? "none" : entry.colors[0];
   row.append(swatch, element("span", "", entry.text));
   if (entry.colors.length > 1) {
     const ramp = element("div", "ramp"), bar = element("i");
@@ -102,6 +102,7 @@ async function start() {
   document.body.classList.toggle("replay", film.duration !== null);
   const stage = new Stage(part("stage"), film);
   stage.orbit.changed = () => stage.draw();
+  stage.drawn = () => (part("slip").textContent = stage.slipping());
   const canvas = part("stage"), fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight);
   window.addEventListener("resize", fit);
   fit();

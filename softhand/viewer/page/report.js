@@ -48,15 +48,15 @@ function showEntry(entry, legend) {
     swatch.style.background = `linear-gradient(90deg, ${entry.colors.map(rgb)})`;
     line.append(`${entry.text} ${entry.ends[0]}`, swatch, entry.ends[1]);
   } else {
-    swatch.style.background = rgb(entry.colors[0]);
+    if (entry.ring) swatch.className = "ring"; else swatch.style.background = rgb(entry.colors[0]);
     line.append(swatch, entry.text);
   }
 }
 
-/** Runs side by side have the same scales, and so one legend. */
-function showLegend(run, parent) {
-  const legend = make("div", "legend", "", parent);
-  for (const entry of run.film.legend) showEntry(entry, legend);
+/** Runs side by side have the same scales, and so one legend; it says what any of them shows. */
+function showLegend(runs, parent) {
+  const legend = make("div", "legend", "", parent), entries = runs.flatMap((run) => run.film.legend);
+  for (const entry of new Map(entries.map((entry) => [entry.text, entry])).values()) showEntry(entry, legend);
 }
 
 function showFilm(run) {
@@ -66,10 +66,12 @@ function showFilm(run) {
   if (many) name.prepend(make("span", "badge", run.label));
   if (run.stop && data.filmOnly) make("div", "stop", run.stop, name);
   make("div", "over time", "", screen);
-  if (!many) showLegend(run, film);
+  const slip = make("div", "slip", "", name);
+  if (!many) showLegend([run], film);
   try {
     const stage = new Stage(canvas, run.film);
     stage.element = screen;
+    stage.drawn = () => (slip.textContent = stage.slipping());
     const views = make("div", "views", "", screen);
     for (const view of Object.keys(Orbit.VIEWS)) make("button", "", view, views).onclick = () => stage.orbit.view(view);
     return stage;
@@ -119,6 +121,37 @@ function showLayers(stages) {
   }
 }
 
+/** What happened, as buttons that lead there; the list is one stop of the Tab key, up and down go through it. */
+function showEvents(seek) {
+  const events = data.runs.flatMap((run) => run.events.map((event) => ({ ...event, label: run.label })));
+  events.sort((one, other) => one.time - other.time);
+  find(".events").hidden = !events.length;
+  const list = find(".events ol");
+  const buttons = events.map((event, k) => {
+    const button = make("button", "", "", make("li", "", "", list));
+    if (many) make("span", "", event.label, button);
+    for (const text of [`${event.time.toFixed(3)} s`, event.kind, event.finger.replaceAll("_", " "), event.text]) make("span", "", text, button);
+    button.tabIndex = k ? -1 : 0;
+    button.onfocus = () => buttons.forEach((other) => (other.tabIndex = other === button ? 0 : -1));
+    button.onclick = () => seek(event.time);
+    return button;
+  });
+  list.addEventListener("keydown", (event) => {
+    const at = buttons.indexOf(event.target), last = buttons.length - 1;
+    const moves = { ArrowUp: Math.max(at - 1, 0), ArrowDown: Math.min(at + 1, last), Home: 0, End: last };
+    if (event.key in moves) {
+      buttons[moves[event.key]].focus();
+      buttons[moves[event.key]].click();
+      event.preventDefault();
+    }
+    if (event.key in moves || event.key === " ") event.stopPropagation(); // not for the clock
+  });
+  return (time) => {
+    const now = events.findLastIndex((event) => event.time <= time + 5e-4);
+    buttons.forEach((button, k) => (k === now ? button.setAttribute("aria-current", "time") : button.removeAttribute("aria-current")));
+  };
+}
+
 function showFacts() {
   const facts = find(".facts"), table = make("table", "", "", facts);
   if (many) {
@@ -134,7 +167,7 @@ function showFacts() {
   for (const run of data.runs) {
     for (const note of run.notes) make("p", "", (many ? `${run.label}: ` : "") + note, facts);
   }
-  if (many) showLegend(data.runs[0], facts);
+  if (many) showLegend(data.runs, facts);
   for (const run of data.runs) {
     const details = make("details", "", "", facts);
     make("summary", "", `Scenario${many ? ` ${run.label}` : ""} (computed with softhand ${run.version})`, details);
@@ -184,11 +217,13 @@ const clock = {
   playing: false,
   stages: [],
   charts: [],
+  tell: () => {}, // the events
 
   set(time) {
     this.time = Math.max(0, Math.min(data.end, time));
     for (const stage of this.stages) stage.setTime(this.time);
     for (const chart of this.charts) chart.setTime(this.time, !many);
+    this.tell(this.time);
     find(".scrub").value = this.time;
     find(".now").textContent = `${this.time.toFixed(3)} / ${data.end.toFixed(2)} s`;
     document.querySelectorAll(".film .time").forEach((label, k) => {
@@ -262,6 +297,7 @@ async function start() {
   clock.stages = data.runs.map(showFilm).filter(Boolean);
   showLayers(clock.stages);
   showFacts();
+  clock.tell = showEvents((time) => clock.seek(time));
   clock.charts = showPlots((time) => clock.seek(time));
   tie(clock.stages);
   listen();

@@ -32,6 +32,7 @@ function unpackShapes(packed, frames) {
 /** One item: `at(place)` moves it to a place between frames, 0 to the number of frames less one. */
 class Body {
   constructor(item, frames) {
+    this.name = item.name;
     this.layer = item.layer;
     this.frames = frames;
     this.rest = unpack(item.vertices);
@@ -190,6 +191,7 @@ class Stage {
     world.applyMatrix4(this.orbit.upright);
     world.add(...this.bodies.map((body) => body.object));
     this.scene.add(world);
+    this.drawn = () => {};
     this.setTime(this.times[0]);
   }
 
@@ -205,6 +207,13 @@ class Stage {
     const share = span > 0 ? Math.max(0, Math.min(1, (time - times[low]) / span)) : 0;
     for (const body of this.bodies) body.at(low + share);
     this.draw();
+  }
+
+  /** Marks of slip in the picture, in words. */
+  slipping() {
+    const marks = this.bodies.filter((body) => body.layer === "slip" && body.object.visible);
+    const names = marks.map((body) => body.name.slice("slip/".length).replace(/_tip$/, "").replaceAll("_", " "));
+    return names.length ? `slipping: ${names.join(", ")}` : "";
   }
 
   setLayer(key, shown) {
@@ -225,6 +234,7 @@ class Stage {
   draw() {
     if (!this.size) return;
     for (const body of this.bodies) body.object.visible = body.shown && this.layers[body.layer];
+    this.drawn(this);
     this.renderer.render(this.scene, this.orbit.camera);
   }
 }
