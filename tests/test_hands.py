@@ -522,3 +522,10 @@ def test_the_camera_looks_at_the_palm() -> None:
     for name, side in (("allegro-box", 1.0), ("allegro-left-box", -1.0)):
         scene = RecordedScene(simulate(load_scenario(name, {"duration": 0.002})))
         assert side * np.sin(scene.bounds.azimuth) > 0.5
+
+
+@pytest.mark.parametrize("name", ["opposing", "angle-feedback", "two-phase"])
+def test_controllers_that_need_a_turning_joint_say_so(name: str) -> None:
+    """A gripper has slides alone."""
+    with pytest.raises(ScenarioError, match="needs fingers with a joint that turns the tip"):
+        simulate(load_scenario("gripper", {"duration": 0.01, "controller": {"name": name}}))

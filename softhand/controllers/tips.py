@@ -37,8 +37,19 @@ def last_axis(spin: Array) -> Array:
 
     Args:
         spin: angular Jacobian of the tip, shape (3, n).
+
+    Raises:
+        ScenarioError: all its joints are slides.
     """
-    return np.array(spin[:, np.flatnonzero(np.any(spin != 0.0, axis=0))[-1]])
+    turning = np.flatnonzero(np.any(spin != 0.0, axis=0))
+    if not turning.size:
+        raise ScenarioError(
+            "controller.name: this controller needs fingers with a joint that turns the tip, and this hand has slides "
+            "alone; choose regulation.",
+            key="controller.name",
+            value=None,
+        )
+    return np.array(spin[:, turning[-1]])
 
 
 def attraction(x: Array) -> Array:
