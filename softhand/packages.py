@@ -26,9 +26,11 @@ def package_file(name: str) -> Path:
     folders above it, with hyphens for underscores too, where packages of ROS and their wheels keep their data.
 
     Raises:
-        ScenarioError: the package is not installed, or there is no such file in it.
+        ScenarioError: the package is not installed, there is no such file in it, or the path leads out of it.
     """
     package, _, path = name.removeprefix(_PREFIX).partition("/") if name.startswith(_PREFIX) else ("", "", "")
+    if ".." in Path(path).parts:
+        raise ScenarioError(f"{show(name)} leads out of the package; give the path of the file.", key="urdf", value=name)
     if package == "softhand" and path.startswith("urdf/"):
         tries, problem = [shipped_urdfs().parent / path], f"No URDF ships as {show(name)}. {_shipped()}"
     else:

@@ -480,6 +480,8 @@ def test_files_of_installed_packages_are_found(tmp_path: Path, monkeypatch: pyte
     assert resolve_path("package://my_hands/b.urdf") == tmp_path / "share/my-hands/b.urdf"
     with pytest.raises(ScenarioError, match=r"installed in .*my_hands, but has no such file"):
         resolve_path("package://my_hands/c.urdf")
+    with pytest.raises(ScenarioError, match="leads out of the package"):
+        resolve_path("package://my_hands/urdf/../../../share/my-hands/b.urdf")
 
 
 def test_hands_are_listed() -> None:
