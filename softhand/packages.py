@@ -30,7 +30,9 @@ def package_file(name: str) -> Path:
     """
     package, _, path = name.removeprefix(_PREFIX).partition("/") if name.startswith(_PREFIX) else ("", "", "")
     if ".." in Path(path).parts:
-        raise ScenarioError(f"{show(name)} leads out of the package; give the path of the file.", key="urdf", value=name)
+        raise ScenarioError(
+            f"{show(name)} leads out of the package; give the path of the file.", key="urdf", value=name
+        )
     if package == "softhand" and path.startswith("urdf/"):
         tries, problem = [shipped_urdfs().parent / path], f"No URDF ships as {show(name)}. {_shipped()}"
     else:
