@@ -23,6 +23,9 @@ from softhand.plant import Plant
 from softhand.scenario import with_law
 
 NAMED = ("flat", "apex", "rim", "diverged")
+SCENARIOS = ("target-a", "target-b", "target-a", "target-b", "can", "prism", "ball")
+LOWEST = {"can": 0.045, "prism": 0.045}
+"""How far the object reaches down [m], if not 30 mm."""
 LAWS = ("nakashima", "conservative", "conservative", "hertz", "parallel-distributed", "power")
 DAMPINGS = (None, None, "kelvin-voigt", "hunt-crossley", "fung")
 BOUND = 0.05
@@ -50,14 +53,14 @@ class Pushed(Regulation):
 
 
 def random_scenario(rng: np.random.Generator, duration: float = 0.4) -> Scenario:
-    """One of the shipped targets with another law, friction, damping, mass, grasp and reference."""
-    scenario = load_scenario(str(rng.choice(["target-a", "target-b"])))
+    """A shipped task with another law, friction, damping, mass, grasp and reference, at times above a table."""
+    name = str(rng.choice(SCENARIOS))
+    scenario = load_scenario(name)
     law = str(rng.choice(LAWS))
     if law != "nakashima":
         scenario = with_law(scenario, law)
     friction = float(rng.uniform(0.2, 1.0))
-    points = np.array(scenario.grasp.contact_points)
-    on_face = np.array([[0, 1, 1], [0, 1, 1], [1, 0, 1]])
+    position = np.array(scenario.object.position)
     damping = DAMPINGS[rng.integers(len(DAMPINGS))]
     values: dict[str, Any] = {
         "duration": duration,
@@ -65,13 +68,24 @@ def random_scenario(rng: np.random.Generator, duration: float = 0.4) -> Scenario
         "fingertip.contact": "coulomb",
         "fingertip.friction": friction,
         "fingertip.static_friction": friction * float(rng.choice([1.0, rng.uniform(1.0, 1.5)])),
-        "grasp.contact_points": (points + on_face * rng.uniform(-0.010, 0.010, (3, 3))).tolist(),
-        "grasp.internal_force": rng.uniform(1.0, 8.0, 3).tolist(),
+        "fingertip.tips_touch": bool(rng.random() < 0.3),
+        "grasp.internal_force": (rng.uniform(2.0, 8.0) * rng.uniform(0.7, 1.3, 3)).tolist(),
         "reference.kind": str(rng.choice(["step", "minimum-jerk"])),
         "reference.duration": float(rng.uniform(0.1, 0.4)),
         "reference.internal_force": rng.uniform(0.0, 8.0, 3).tolist(),
         "stepper.step": float(rng.choice([1e-3, 5e-4])),
     }
+    if name.startswith("target"):
+        on_face = np.array([[0, 1, 1], [0, 1, 1], [1, 0, 1]])
+        points = np.array(scenario.grasp.contact_points) + on_face * rng.uniform(-0.008, 0.008, (3, 3))
+        values["grasp.contact_points"] = points.tolist()
+    else:
+        position += rng.uniform(-0.004, 0.004, 3)
+        values["object.position"] = position.tolist()
+        values["object.rpy"] = rng.uniform(-0.1, 0.1, 3).tolist()
+    if rng.random() < 0.3:
+        gap = float(rng.uniform(0.004, 0.020))
+        values["table"] = {"height": float(position[2]) - LOWEST.get(name, 0.030) - gap, "friction": friction}
     if damping is not None:
         values["fingertip.damping"] = {"name": damping}
     return scenario.with_values(values)

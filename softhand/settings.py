@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import inspect
 import json
-import math
 import re
+import sys
 import types
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias, TypeGuard, TypeVar, Union, get_args, get_origin
@@ -47,8 +47,8 @@ class Settings(BaseModel):
             return value
         value = frozen(value)
         for number in _numbers_in(value):
-            if _LARGEST < abs(number) < math.inf:  # pydantic tells of infinity
-                raise ValueError(f"{number:g} is larger than {_LARGEST:g}; give SI units.")
+            if _LARGEST < abs(number) <= sys.float_info.max:  # pydantic tells of what is no number
+                raise ValueError(f"{show(number)} is larger than {_LARGEST:g}; give SI units.")
         return value
 
 

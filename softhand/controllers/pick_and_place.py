@@ -61,8 +61,7 @@ class PickAndPlace(Controller):
 
     def start(self, observation: Observation) -> Any:
         """Law (59) on a view of the observation with a weight of its own; all tips free, at their feet."""
-        shared = Regulation.model_fields.keys() & type(self).model_fields.keys()
-        law = Regulation(**{key: getattr(self, key) for key in shared})
+        law = Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
         weighed = copy(observation)
         weighed.N_O = np.zeros(6)
         K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
