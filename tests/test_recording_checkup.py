@@ -194,3 +194,16 @@ def test_errors_carry_the_file(whole: Recording) -> None:
     with pytest.raises(RecordingError) as caught:
         spoilt(whole, "joint_torque", 5, np.nan).raise_errors("run.nc")
     assert caught.value.file == "run.nc"  # type: ignore[attr-defined]
+
+
+def test_tips_that_let_go_by_right_are_no_warning(whole: Recording) -> None:
+    """With `coulomb` lift-off is told and not warned of; a tip that has not touched yet has not let go."""
+    force = whole.contact_force.copy()
+    force[:5, 0, 2] = force[30:35, 1, 2] = 0.0
+    scenario = whole.scenario.replace('contact = "rolling"', 'contact = "coulomb"')
+    assert scenario != whole.scenario
+    variables = {**whole.variables, "contact_force": force}
+    for text, warned in ((whole.scenario, True), (scenario, False)):
+        checkup = check_recording(replace(whole, variables=variables, scenario=text))
+        assert dict(checkup.rows)["lift-off"] == "5 samples, first at 0.03 s (finger_2_tip)"
+        assert any("lift-off" in warning for warning in checkup.warnings) == warned

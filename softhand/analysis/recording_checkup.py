@@ -50,20 +50,23 @@ def check_recording(recording: Recording) -> RecordingCheckup:
     missing = [name for name in _expected(recording) if name not in recording.variables]
     if missing:
         warnings.append(f"it has no {', '.join(missing)}: what is drawn or computed from them is not to be had.")
+    after, is_coulomb = [], False
+    try:
+        scenario = recorded_scenario(recording)
+        is_coulomb = scenario.fingertip.contact == "coulomb"
+        warnings += _length(recording, scenario)
+        if not errors and not missing:
+            after.append(("energy", _energy(recording)))
+        after.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
+    except SofthandError as error:
+        after.append(("scenario", "cannot be used with this version"))
+        warnings.append(f"its scenario cannot be used: {error}")
     if len(recording):
         for name, count, text in _counts(recording):
             rows.append((name, text))
-            if name in ("friction use above 1", "lift-off") and count:
+            if count and not is_coulomb and name in ("friction use above 1", "lift-off"):
                 warnings.append(f"{name}: {text}.")
-    try:
-        scenario = recorded_scenario(recording)
-        warnings += _length(recording, scenario)
-        if not errors and not missing:
-            rows.append(("energy", _energy(recording)))
-        rows.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
-    except SofthandError as error:
-        rows.append(("scenario", "cannot be used with this version"))
-        warnings.append(f"its scenario cannot be used: {error}")
+    rows += after
     return RecordingCheckup(rows, errors, warnings)
 
 
@@ -154,7 +157,8 @@ def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
         pressing = have["contact_force"][..., 2] > 0.0 if "contact_force" in have else True
         seen.append(("friction use above 1", (have["friction_use"] > 1.0 + ROUNDING) & pressing, tips))
     if "contact_force" in have:
-        seen.append(("lift-off", ~(have["contact_force"][..., 2] > 0.0), tips))
+        presses = have["contact_force"][..., 2] > 0.0
+        seen.append(("lift-off", ~presses & np.logical_or.accumulate(presses), tips))
     if "is_slipping" in have:
         seen.append(("slip", have["is_slipping"] != 0, tips))
     if "torque_limited" in have:
