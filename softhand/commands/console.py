@@ -23,7 +23,7 @@ Set = Annotated[
 Out = Annotated[Path | None, typer.Option(help="Folder for the results; by default a new one below runs/.")]
 
 
-def _load_plugins(files: list[Path]) -> list[Path]:
+def _load_plugins(files: Any) -> Any:  # on Python 3.10 typer takes list[Path] for a class
     if files:
         from softhand.plugins import load_plugin_files
 
