@@ -115,7 +115,7 @@ def resting_pose(world: World, supports: Sequence[Support], position: Array, rot
         )  # fmt: skip
     places, radii = np.array([corner.position for corner in corners]), np.array([corner.radius for corner in corners])
     across = np.column_stack([plane.tangent, np.cross(n, plane.tangent)])
-    size = float(np.ptp(places @ rotation.T @ across, axis=0).max())
+    size = max(float(np.ptp(places @ rotation.T @ across, axis=0).max()), float(radii.max()))
 
     def moved(step: Array) -> tuple[Array, Array]:
         return position + size * step[0] * n, pin.exp3(across @ step[1:]) @ rotation

@@ -273,3 +273,21 @@ def test_in_a_grasp_it_is_regulation() -> None:
         for name in ("regulation", "pick-and-place")
     ]
     np.testing.assert_array_equal(runs[0].joint_torque, runs[1].joint_torque)
+
+
+@pytest.mark.parametrize(("name", "height"), [("ball", 0.030), ("can", 0.045), ("prism", 0.045)])
+def test_other_shapes_are_lifted_as_well(name: str, height: float) -> None:
+    """A ball stands on its own radius, a can on its rim; both are back where they stood."""
+    other = softhand.load_scenario(name)
+    values = {
+        "object.urdf": other.object.urdf,
+        "object.position": [0.0, 0.010, 0.142],
+        "table.height": -(0.142 + height),
+        "grasp.contact_points": other.grasp.contact_points,
+    }
+    assert np.abs(_accelerations(values)).max() < 1e-9
+    run = softhand.simulate(_load(values))
+    risen = (run.object_position - run.object_position[0]) @ OVER
+    assert run.complete and 0.029 < risen.max() < 0.031
+    np.testing.assert_allclose(run.object_position[-1], run.object_position[0], atol=1e-4)
+    assert run.contact_force[-1, :, 2].max() == 0.0
