@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
+    from softhand.analysis.placement import Placement, place_object
     from softhand.analysis.proposals import Proposal, propose_grasps
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly import build, simulate
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "analysis.grasp_quality": ("GraspQuality", "grasp_quality"),
+    "analysis.placement": ("Placement", "place_object"),
     "analysis.proposals": ("Proposal", "propose_grasps"),
     "analysis.summary": ("Summary", "summarize"),
     "assembly": ("build", "simulate"),

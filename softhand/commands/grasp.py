@@ -1,4 +1,4 @@
-"""softhand grasp: how good the grasp of a scenario is, and better ones proposed."""
+"""softhand grasp: how good the grasp of a scenario is, where the object is held best, better grasps proposed."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ if TYPE_CHECKING:
     from softhand.analysis.proposals import Proposal
 
 
-@app.command(
-    epilog="Example: softhand grasp target-a --set grasp.internal_force=[2,2,2]; softhand grasp my.toml --propose"
-)
+@app.command(epilog="Example: softhand grasp target-a --set object.mass=0.3; softhand grasp my.toml --place --propose")
 def grasp(
     scenario: Annotated[
         str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
     ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("grasp.png"),
+    place: Annotated[
+        bool, typer.Option("--place", help="First move the object to where the fingers have most room.")
+    ] = False,
     propose: Annotated[bool, typer.Option("--propose", help="Search for contact points that hold the object.")] = False,
     count: Annotated[int, typer.Option(min=1, max=100, help="Most proposals.")] = 5,
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
@@ -56,6 +57,16 @@ def grasp(
 
     name = Path(scenario).stem
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
+    if place:
+        from softhand.analysis.placement import place_object
+
+        with progress("placing the object", 1.0, quiet) as report:
+            placement = place_object(chosen, progress=report)
+        chosen = placement.scenario
+        if not quiet:
+            x, y, z = chosen.object.position
+            gain = f"room {placement.room:.2f}, before {placement.room_before:.2f}"
+            console().print(f"object.position = [{x:g}, {y:g}, {z:g}]  # [m], {gain}", highlight=False, markup=False)
     if propose:
         from softhand.analysis.proposals import propose_grasps
 
