@@ -39,11 +39,9 @@ def test_the_place_has_more_room_than_any_beside_it() -> None:
 def test_room_is_the_least_of_what_is_free() -> None:
     """Against a count by hand, for both kinds of law."""
     for law in ("nakashima", "hertz"):
-        scenario = (
-            softhand.scenario.with_law(load_scenario("target-a"), law)
-            if law != "nakashima"
-            else load_scenario("target-a")
-        )
+        scenario = load_scenario("target-a")
+        if law != scenario.fingertip.law:
+            scenario = with_law(scenario, law)
         world = read_world(scenario)
         quality = quality_in(world, scenario)
         lower, upper = world.position_limits

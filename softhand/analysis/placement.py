@@ -79,8 +79,8 @@ def place_object(scenario: Scenario, span: float = 0.04, progress: Callable[[flo
     found, moved, quality = tried[tuple(np.round(best, 9))]
     if quality.refusal is not None:
         raise GraspError(
-            f"within {1e3 * span:g} mm of object.position there is no place where the grasp is at rest; at the best one: "
-            f"{quality.refusal}",
+            f"within {1e3 * span:g} mm of object.position there is no place where the grasp is at rest; "
+            f"at the best one: {quality.refusal}",
             finger="", quantity="room", value=found,
         )  # fmt: skip
     return Placement(moved, quality, found, at(np.zeros(3)))
@@ -89,9 +89,9 @@ def place_object(scenario: Scenario, span: float = 0.04, progress: Callable[[flo
 def room(world: World, scenario: Scenario, quality: GraspQuality) -> float:
     """The least share in which anything of a grasp is free [1]; below 0 without a grasp at rest, the less the nearer.
 
-    Of each joint the distance to the nearer limit over half its range, and 1 less its share of the effort limit; of each
-    contact Phi between rim and apex, 1 in the middle. For a law in surface coordinates the apex is no border, so that
-    Phi counts from the rim alone. The use of friction is the same at all places.
+    Of each joint the distance to the nearer limit over half its range, and 1 less its share of the effort limit; of
+    each contact Phi between rim and apex, 1 in the middle. For a law in surface coordinates the apex is no border, so
+    that Phi counts from the rim alone. The use of friction is the same at all places.
     """
     missing = max(finger.missing for finger in quality.fingers)
     if quality.refusal is not None:
