@@ -6,8 +6,10 @@ import inspect
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, pi, sin
 from typing import Annotated, Any, ClassVar, Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import carray, cfunc, float64, njit, types
@@ -142,11 +144,12 @@ def compile_law(law: Law) -> CompiledLaw:
     name = type(law).__name__
     _check_formula(law, n_arguments)
     try:
-        force = _compile_formula(law.force, n_arguments, 4)
+        force = _compile_formula(law.force, *_make_compilable(law.force), n_arguments, 4)
         if law.stiffness is None:
-            stiffness = _compile_differences(law.force, n_arguments, law.coordinates == "polar")
+            is_polar = law.coordinates == "polar"
+            stiffness = _compile_differences(law.force, *_make_compilable(law.force), n_arguments, is_polar)
         else:
-            stiffness = _compile_formula(law.stiffness, n_arguments, 16)
+            stiffness = _compile_formula(law.stiffness, *_make_compilable(law.stiffness), n_arguments, 16)
     except NumbaError as error:
         raise LawError(
             f"law '{name}': its formula cannot be compiled: {_reason(law, n_arguments) or error}. "
@@ -202,11 +205,14 @@ def _reason(law: Law, n_arguments: int) -> str:
 
 
 _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
+_KEPT = 64  # formulas in memory
+_known: WeakKeyDictionary[Callable[..., Any], str] = WeakKeyDictionary()  # functions that numba may call, as they were
 
 
-def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: int) -> Any:
-    source, has_module = _make_compilable(formula)
-
+@lru_cache(_KEPT)
+def _compile_formula(
+    formula: Callable[..., Any], source: str, has_module: bool, n_arguments: int, n_results: int
+) -> Any:
     def entry(arguments, results):
         source  # noqa: B018  a change of the formula changes this closure, and with it the key on disk
         values = formula(*to_fixed_tuple(carray(arguments, n_arguments), n_arguments))  # type: ignore[call-arg]
@@ -217,9 +223,11 @@ def _compile_formula(formula: Callable[..., Any], n_arguments: int, n_results: i
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 
-def _compile_differences(formula: Callable[..., Any], n_arguments: int, is_polar: bool) -> Any:
+@lru_cache(_KEPT)
+def _compile_differences(
+    formula: Callable[..., Any], source: str, has_module: bool, n_arguments: int, is_polar: bool
+) -> Any:
     """Stiffness by central differences of the force; in polar coordinates phi moves with dphi."""
-    source, has_module = _make_compilable(formula)
     n_lengths, n_leading = (1, 5) if is_polar else (3, 6)
 
     def entry(arguments, results):
@@ -259,12 +267,14 @@ def _make_compilable(formula: Callable[..., Any]) -> tuple[str, bool]:
         function = waiting.pop()
         if id(function) in found:
             continue
-        register_jitable(function)
         has_module = has_module and function.__module__ in sys.modules
         code = function.__code__
         names = inspect.getclosurevars(function)
         values = {**names.globals, **names.nonlocals}
         waiting += [value for value in values.values() if inspect.isfunction(value)]
         constants = sorted((name, repr(value)) for name, value in values.items() if not callable(value))
-        found[id(function)] = repr((code.co_code, code.co_consts, code.co_names, constants))
+        found[id(function)] = text = repr((code.co_code, code.co_consts, code.co_names, constants))
+        if _known.get(function) != text:
+            register_jitable(function)
+            _known[function] = text
     return "\n".join(found.values()), has_module
