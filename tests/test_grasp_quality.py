@@ -194,9 +194,11 @@ def test_a_pulling_contact_is_told() -> None:
 
 
 def test_any_friction_can_be_drawn() -> None:
-    """Hardly any, and more than there is."""
+    """Hardly any, and more than there is: every cone has finite corners."""
     for friction in (1e-6, 1e6):
-        draw_grasp(quality(fingertip__friction=friction), "friction")
+        axes = draw_grasp(quality(fingertip__friction=friction), "friction").axes
+        corners = [patch.get_path().vertices for one in axes for patch in one.patches]
+        assert corners and all(np.isfinite(corner).all() for corner in corners)
 
 
 def test_without_gravity_no_squeeze_is_needed_beyond_a_touch() -> None:
