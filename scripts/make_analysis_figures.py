@@ -11,11 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import softhand
-from softhand.analysis.invariant_set import examine_run
-from softhand.analysis.loop import linearise, scan, scenario_gains
-from softhand.analysis.lyapunov import evaluate_run
-from softhand.analysis.workspace import Workspace
-from softhand.assembly import read_law
+from softhand.assembly.parts import read_law
+from softhand.grasping.workspace import Workspace
 from softhand.identification.fit import fit_law
 from softhand.identification.measurements import EXAMPLE, read_measurements
 from softhand.laws.nakashima import Nakashima
@@ -25,6 +22,10 @@ from softhand.plots.identification import draw_fit
 from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
 from softhand.plots.workspace import draw_workspace
+from softhand.stability.invariant_set import examine_run
+from softhand.stability.loop import linearise
+from softhand.stability.lyapunov import evaluate_run
+from softhand.stability.scan import scan, scenario_gains
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 

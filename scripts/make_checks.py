@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from softhand.scenario_file import tomllib
+from softhand.settings.toml import tomllib
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/checks.md"

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import softhand
-from softhand.comparison import COLUMNS, Row, draw, labels
+from softhand.studies.compare import COLUMNS, Row, draw, labels
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/controllers.md"

@@ -12,8 +12,8 @@ from pathlib import Path
 from PIL import Image
 
 import softhand
-from softhand.viewer.browser import Browser
-from softhand.viewer.report import report_page
+from softhand.viewer.report.browser import Browser
+from softhand.viewer.report.report import report_page
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 MOMENTS = (0.1, 1.2, 2.2, 3.2, 4.55, 5.9)  # [s]

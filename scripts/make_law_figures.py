@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import softhand
-from softhand.assembly import read_law
+from softhand.assembly.parts import read_law
 from softhand.plots.style import STYLE, save_figure
 from softhand.plugins import find_plugin, plugin_names
-from softhand.scenario import with_law
+from softhand.scenario.scenario import with_law
 
 Array = NDArray[np.float64]
 

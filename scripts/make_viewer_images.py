@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import softhand
-from softhand.viewer.browser import Browser, Page
+from softhand.viewer.report.browser import Browser, Page
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 MOMENT = 0.62  # [s], when the desired pose is ahead of the object

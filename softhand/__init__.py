@@ -13,12 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
-    from softhand.analysis.placement import Placement, place_object
-    from softhand.analysis.proposals import Proposal, propose_grasps
     from softhand.analysis.summary import Summary, summarize
-    from softhand.assembly import build, simulate
-    from softhand.comparison import compare
+    from softhand.assembly.build import build, simulate
     from softhand.controllers.controller import Controller
     from softhand.dampings.damping import Damping
     from softhand.errors import (
@@ -32,26 +28,31 @@ if TYPE_CHECKING:
         SimulationStopped,
         SofthandError,
     )
+    from softhand.grasping.placement import Placement, place_object
+    from softhand.grasping.proposals import Proposal, propose_grasps
+    from softhand.grasping.quality import GraspQuality, grasp_quality
     from softhand.laws.law import Law
-    from softhand.observation import Observation
-    from softhand.plots import draw_run, save_figure
-    from softhand.recording import Recording
-    from softhand.scenario import Scenario, load_scenario
-    from softhand.scenario_file import scenario_names
-    from softhand.simulation import Simulation
+    from softhand.plots.run import draw_run
+    from softhand.plots.style import save_figure
+    from softhand.recording.recording import Recording
+    from softhand.scenario.file import scenario_names
+    from softhand.scenario.scenario import Scenario, load_scenario
+    from softhand.sensing.observation import Observation
+    from softhand.simulation.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
+    from softhand.studies.compare import compare
     from softhand.version import __version__
-    from softhand.viewer.film import write_film
-    from softhand.viewer.live import Viewer, view
-    from softhand.viewer.report import write_report
+    from softhand.viewer.live.viewer import Viewer, view
+    from softhand.viewer.report.film import write_film
+    from softhand.viewer.report.report import write_report
 
 _HOMES = {
-    "analysis.grasp_quality": ("GraspQuality", "grasp_quality"),
-    "analysis.placement": ("Placement", "place_object"),
-    "analysis.proposals": ("Proposal", "propose_grasps"),
+    "grasping.quality": ("GraspQuality", "grasp_quality"),
+    "grasping.placement": ("Placement", "place_object"),
+    "grasping.proposals": ("Proposal", "propose_grasps"),
     "analysis.summary": ("Summary", "summarize"),
-    "assembly": ("build", "simulate"),
-    "comparison": ("compare",),
+    "assembly.build": ("build", "simulate"),
+    "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
     "errors": (
@@ -67,16 +68,16 @@ _HOMES = {
     ),
     "laws.law": ("Law",),
     "plots": ("draw_run", "save_figure"),
-    "recording": ("Recording",),
-    "scenario": ("Scenario", "load_scenario"),
-    "scenario_file": ("scenario_names",),
-    "observation": ("Observation",),
-    "simulation": ("Simulation",),
+    "recording.recording": ("Recording",),
+    "scenario.scenario": ("Scenario", "load_scenario"),
+    "scenario.file": ("scenario_names",),
+    "sensing.observation": ("Observation",),
+    "simulation.simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
-    "viewer.film": ("write_film",),
-    "viewer.report": ("write_report",),
-    "viewer.live": ("Viewer", "view"),
+    "viewer.report.film": ("write_film",),
+    "viewer.report.report": ("write_report",),
+    "viewer.live.viewer": ("Viewer", "view"),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
-from softhand.settings import nearest
+from softhand.settings.wording import nearest
 
 SHIPPED: dict[str, dict[str, str]] = {
     "laws": {
@@ -66,7 +66,6 @@ _BASES = {
     "controllers": "softhand.controllers.controller:Controller",
     "steppers": "softhand.steppers.stepper:Stepper",
 }
-
 
 _files: list[Path] = []
 _from_files: dict[str, dict[str, type[Any]]] = {kind: {} for kind in SHIPPED}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from softhand.errors import BrowserError
-from softhand.viewer.browser import find_chromium
+from softhand.viewer.report.browser import find_chromium
 
 
 def _is_installed() -> bool:

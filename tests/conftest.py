@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from hands import LAYOUTS, Task, make_law, make_named_task, random_state, reference_task
 
-from softhand.grasp import Grasp
+from softhand.contact.pads import Fingertip
 from softhand.laws.nakashima import Nakashima
 from softhand.model.world import World
-from softhand.plant import Fingertip, Plant, State
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.start.grasp import Grasp
 
 
 @pytest.fixture(scope="session")

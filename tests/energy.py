@@ -26,9 +26,10 @@ from hands import (
 )
 
 from softhand.analysis.energy import tip_energy
-from softhand.grasp import solve_grasp
 from softhand.laws.law import Law
-from softhand.plant import Plant, State
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.start.grasp import solve_grasp
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper

@@ -13,19 +13,22 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
+from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
-from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.model.world import World, load_world
-from softhand.plant import Fingertip, Plant, State
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
 from softhand.plugins import SHIPPED, find_plugin
-from softhand.recording import Recording
-from softhand.references import Reference, Step
-from softhand.scenario import load_scenario
-from softhand.simulation import Simulation
+from softhand.recording.recording import Recording
+from softhand.references.reference import Reference
+from softhand.references.straight import Step
+from softhand.scenario.scenario import load_scenario
+from softhand.simulation.simulation import Simulation
+from softhand.start.grasp import Grasp, faces_of, solve_grasp
 from softhand.steppers.stepper import Stepper
 
 Array = NDArray[np.float64]

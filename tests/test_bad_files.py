@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_recording import recording
 
-from softhand.assembly import build
+from softhand.assembly.build import build
 from softhand.errors import RecordingError, ScenarioError, SofthandError
-from softhand.recording import Recording
-from softhand.roots import find_root
-from softhand.scenario import load_scenario
-from softhand.scenario_file import find_scenario
+from softhand.numerics.roots import find_root
+from softhand.recording.recording import Recording
+from softhand.scenario.file import find_scenario
+from softhand.scenario.scenario import load_scenario
 
 TARGET_A = find_scenario("target-a").read_text()
 

@@ -14,8 +14,8 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand.errors import BrowserError
-from softhand.viewer import browser
-from softhand.viewer.browser import Browser, find_chromium
+from softhand.viewer.report import browser
+from softhand.viewer.report.browser import Browser, find_chromium
 
 
 def write(folder: Path, body: str) -> str:

@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from hands import HAND_URDF, make_named_task
 
-from softhand.analysis.checkup import Checkup, check_scenario, fastest_frequency
-from softhand.assembly import build
+from softhand.assembly.build import build
+from softhand.checks.scenario import Checkup, check_scenario, fastest_frequency
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.plugins import SHIPPED, find_plugin
-from softhand.scenario import load_scenario, with_law
-from softhand.scenario_file import find_scenario, resolve_path, scenario_names, tomllib
-from softhand.schema import scenario_schema
-from softhand.settings import field_notes, unit_of
+from softhand.scenario.file import find_scenario, resolve_path, scenario_names
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.scenario.schema import scenario_schema
+from softhand.settings.notes import field_notes, unit_of
+from softhand.settings.toml import tomllib
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 DATA = Path(__file__).parent / "data"

@@ -24,9 +24,9 @@ from softhand import (
     simulate,
     summarize,
 )
-from softhand import comparison as module
-from softhand.comparison import COLUMNS, LAWS, LINE_OF_WORK, Row, draw, labels, pairs, split_choices, to_csv
 from softhand.plugins import SHIPPED
+from softhand.studies import compare as module
+from softhand.studies.compare import COLUMNS, LAWS, LINE_OF_WORK, Row, draw, labels, pairs, split_choices, to_csv
 
 if sys.version_info >= (3, 11):
     import tomllib

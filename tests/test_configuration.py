@@ -7,7 +7,8 @@ import pinocchio as pin
 import pytest
 from hands import Array, Task, numerical_jacobian
 
-from softhand.model.configuration import coordinate_rate, integrate, normalize, rotation_of
+from softhand.model.configuration import coordinate_rate, integrate, normalize
+from softhand.numerics.spatial import rotation_of
 
 ANGLES = [0.0, 1e-9, 1e-6, 0.99e-4, 1.01e-4, 1e-3, 0.1, 1.0, 3.0, 6.0]
 """Turned by the step [rad]; the series for small angles ends at 1e-4."""

@@ -19,13 +19,16 @@ from softhand.contact.kinematics import (
     deformation_rate,
     integrate_memory,
 )
+from softhand.contact.pairs import contact_pairs
 from softhand.contact.records import CONTACT, PAD
 from softhand.laws.law import Law
 from softhand.model.configuration import integrate
-from softhand.observation import Observation, contact_pairs
-from softhand.plant import Plant, State, generalized_force
-from softhand.references import Desired
-from softhand.sensing import Sensor
+from softhand.plant.dynamics import generalized_force
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.references.reference import Desired
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
 
 PERMUTATION = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 

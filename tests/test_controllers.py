@@ -11,6 +11,7 @@ from hands import Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, Recording, ScenarioError, Simulation, build, load_scenario, simulate
+from softhand.contact.pairs import contact_pairs
 from softhand.controllers.angle_feedback import AngleFeedback
 from softhand.controllers.blind import Blind, virtual_frame, virtual_turning
 from softhand.controllers.computed_torque import ComputedTorque
@@ -18,12 +19,12 @@ from softhand.controllers.object_impedance import ObjectImpedance
 from softhand.controllers.opposing import Opposing
 from softhand.controllers.point_contact import PointContact
 from softhand.controllers.two_phase import TwoPhase
-from softhand.model.configuration import rotation_of, turn_towards
-from softhand.observation import Observation, contact_pairs
-from softhand.plant import State
+from softhand.numerics.spatial import rotation_of, turn_towards
+from softhand.plant.state import State
 from softhand.plugins import SHIPPED, find_plugin
-from softhand.references import Desired
-from softhand.sensing import Sensor
+from softhand.references.reference import Desired
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
 
 SCENARIOS = {
     "regulation": "target-a",

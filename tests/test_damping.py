@@ -22,19 +22,20 @@ from hands import (
     start_acceleration,
 )
 
-from softhand.assembly import build, simulate
+from softhand.assembly.build import build, simulate
 from softhand.dampings.damping import Damping
 from softhand.dampings.fung import Fung
 from softhand.dampings.hunt_crossley import HuntCrossley
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import ScenarioError
-from softhand.grasp import solve_grasp
 from softhand.laws.conservative import Conservative
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
-from softhand.plant import Plant, State
-from softhand.scenario import load_scenario, with_law
-from softhand.settings import read_settings
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.settings.settings import read_settings
+from softhand.start.grasp import solve_grasp
 from softhand.steppers.stepper import Stepper
 
 R = 0.010  # [m]

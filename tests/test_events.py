@@ -10,8 +10,8 @@ import pytest
 
 from softhand import Recording, SimulationStopped, build, load_scenario, simulate
 from softhand.controllers.controller import Controller
-from softhand.events import Event, find_events
-from softhand.model.configuration import rotation_of
+from softhand.numerics.spatial import rotation_of
+from softhand.recording.events import Event, find_events
 
 N = 200
 TIME = np.arange(N) * 1e-3

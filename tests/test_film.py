@@ -16,7 +16,8 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand import BrowserError, RecordingError, SofthandError, load_scenario, simulate, write_film
-from softhand.viewer import film, palette
+from softhand.viewer.report import film
+from softhand.viewer.scene import palette
 
 SMALL = (320, 240)
 

@@ -12,7 +12,7 @@ from softhand import Controller, build, load_scenario, simulate
 from softhand.controllers.finger_only import FingerOnly
 from softhand.controllers.object_estimator import Estimate, ObjectEstimator
 from softhand.controllers.regulation import Regulation
-from softhand.scenario import with_law
+from softhand.scenario.scenario import with_law
 
 OF_JOINTS = {"joint_position", "joint_velocity", "N_F", "tip_position", "tip_rotation", "tip_jacobian"}
 OF_JOINTS |= {"tip_angular_jacobian"}  # test_observation.py: these depend on q_F alone

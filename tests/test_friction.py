@@ -9,15 +9,15 @@ import pytest
 from hands import Task, reference_task
 from scipy.integrate import quad
 
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
 from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.records import PAD
 from softhand.laws.conservative import Conservative
 from softhand.laws.hertz import Hertz
 from softhand.laws.parallel_distributed import ParallelDistributed
-from softhand.model.configuration import rotation_of
-from softhand.plant import Plant
-from softhand.scenario import load_scenario
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.scenario.scenario import load_scenario
 from softhand.validation.rigs import BOTTOM, Body, Carriage, make_rig, make_world, tip
 
 R = 0.010  # [m]

@@ -28,14 +28,15 @@ from hands import (
     write_hand,
 )
 
+from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError, LawError
-from softhand.grasp import Grasp, faces_of, solve_grasp
 from softhand.laws.law import Law
 from softhand.model.world import World, load_world
-from softhand.observation import Observation, contact_pairs
-from softhand.plant import State
-from softhand.references import Desired
-from softhand.sensing import Sensor
+from softhand.plant.state import State
+from softhand.references.reference import Desired
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
+from softhand.start.grasp import Grasp, faces_of, solve_grasp
 
 
 def observe(task: Task, state: State) -> Observation:

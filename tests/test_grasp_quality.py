@@ -23,12 +23,13 @@ from hands import (
 )
 
 import softhand
-from softhand.analysis.grasp_quality import GraspQuality, grasp_quality
-from softhand.assembly import build, read_world
+from softhand.assembly.build import build
+from softhand.assembly.plant import read_world
 from softhand.errors import GraspError, ScenarioError
+from softhand.grasping.quality import GraspQuality, grasp_quality
 from softhand.model.arm import Arm
 from softhand.plots.grasp import draw_grasp
-from softhand.scenario import Scenario, load_scenario
+from softhand.scenario.scenario import Scenario, load_scenario
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 WEIGHT = 0.2 * 9.81  # [N]

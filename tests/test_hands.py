@@ -13,23 +13,23 @@ from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
 from softhand import Controller, GraspError, ModelError, Recording, ScenarioError, build, load_scenario, simulate
-from softhand.analysis.recording_checkup import check_recording
 from softhand.analysis.summary import summarize
-from softhand.cli import app
-from softhand.comparison import pairs
+from softhand.checks.recording import check_recording
+from softhand.commands.app import app
 from softhand.controllers.regulation import Regulation
-from softhand.hands import known_hands
-from softhand.model.configuration import rotation_of
-from softhand.model.mounting import MOUNT, TipPlace, mounted, with_tips
 from softhand.model.snapshot import Snapshot
-from softhand.model.urdf import parse_urdf
-from softhand.model.validation.examination import examine
-from softhand.observation import Observation
-from softhand.roots import nearest_root
-from softhand.scenario_file import resolve_path
-from softhand.simulation import Simulation
-from softhand.viewer.scene import RecordedScene
-from softhand.viewer.shapes import pressed_flat, sphere
+from softhand.model.urdf.examination import examine
+from softhand.model.urdf.mounting import MOUNT, TipPlace, mounted, with_tips
+from softhand.model.urdf.reading import parse_urdf
+from softhand.numerics.roots import nearest_root
+from softhand.numerics.spatial import rotation_of
+from softhand.scenario.file import resolve_path
+from softhand.scenario.hands import known_hands
+from softhand.sensing.observation import Observation
+from softhand.simulation.simulation import Simulation
+from softhand.studies.compare import pairs
+from softhand.viewer.scene.recorded import RecordedScene
+from softhand.viewer.scene.shapes import pressed_flat, sphere
 
 Array = np.ndarray
 

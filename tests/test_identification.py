@@ -23,12 +23,12 @@ from softhand.identification.report import toml_snippet
 from softhand.identification.sweeps import find_sweeps
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
-from softhand.plots import save_figure
 from softhand.plots.angle_force import axial_force, draw_angle_force
 from softhand.plots.identification import draw_fit
-from softhand.scenario import load_scenario
-from softhand.scenario_file import read_toml
-from softhand.settings import Positive
+from softhand.plots.style import save_figure
+from softhand.scenario.file import read_toml
+from softhand.scenario.scenario import load_scenario
+from softhand.settings.settings import Positive
 
 RADIUS = 0.010  # [m]
 

@@ -11,9 +11,9 @@ import pinocchio as pin
 import pytest
 from hands import GRAVITY, LAYOUTS, STEPPERS, Array, Task, holding_torque, make_fingertips, make_law, run
 
-from softhand.plant import State
-from softhand.recording import Recording
-from softhand.references import MinimumJerk
+from softhand.plant.state import State
+from softhand.recording.recording import Recording
+from softhand.references.straight import MinimumJerk
 
 TURNS = {
     "about x": pin.rpy.rpyToMatrix(0.9, 0.0, 0.0),

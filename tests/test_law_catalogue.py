@@ -9,7 +9,7 @@ import pytest
 from hands import Array, make_law, numerical_jacobian
 from scipy.integrate import quad
 
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
 from softhand.errors import ScenarioError, SimulationStopped
 from softhand.laws.conservative import Conservative
 from softhand.laws.hertz import Hertz
@@ -20,8 +20,8 @@ from softhand.laws.point import Point
 from softhand.laws.power import Power, pressure
 from softhand.laws.radial import Radial
 from softhand.plugins import SHIPPED, find_plugin
-from softhand.scenario import load_scenario, with_law
-from softhand.settings import read_settings
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.settings.settings import read_settings
 
 R = 0.010  # [m]
 NAMES = [name for name in SHIPPED["laws"] if name != "nakashima"]

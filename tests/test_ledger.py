@@ -9,11 +9,11 @@ import pytest
 
 from softhand import Recording, build, load_scenario
 from softhand.analysis.energy import Ledger, energy_ledger, is_spring
-from softhand.events import find_events
 from softhand.laws.conservative import Conservative
 from softhand.laws.parallel_distributed import ParallelDistributed
 from softhand.laws.radial import Radial
-from softhand.scenario import with_law
+from softhand.recording.events import find_events
+from softhand.scenario.scenario import with_law
 
 COULOMB = {"fingertip.contact": "coulomb", "fingertip.friction": 0.45}
 DAMPED = {"fingertip.damping": {"name": "kelvin-voigt"}}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softhand.linear import factor, least_norm, solve
+from softhand.numerics.linear import factor, least_norm, solve
 
 Array = NDArray[np.float64]
 

@@ -11,24 +11,26 @@ import pinocchio as pin
 import pytest
 from hands import Task, make_law, random_state
 
-from softhand.analysis.invariant_set import examine, examine_run
-from softhand.analysis.loop import Loop, linearise, scan
-from softhand.analysis.lyapunov import Gains, Lyapunov, evaluate, evaluate_run, regulation
-from softhand.analysis.probe import Probe, recorded_state
-from softhand.assembly import build, simulate
+from softhand.assembly.build import build, simulate
+from softhand.assembly.probe import Probe, recorded_state
 from softhand.contact.kinematics import deformation_jacobian
 from softhand.dampings.hunt_crossley import HuntCrossley
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import LawError, RecordingError, SofthandError
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
-from softhand.plant import State
-from softhand.plots import save_figure
+from softhand.plant.state import State
 from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
-from softhand.recording import Recording
-from softhand.references import Step
-from softhand.scenario import load_scenario, with_law
+from softhand.plots.style import save_figure
+from softhand.recording.recording import Recording
+from softhand.references.straight import Step
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.stability.invariant_set import examine, examine_run
+from softhand.stability.loop import Loop, linearise
+from softhand.stability.lyapunov import Lyapunov, evaluate, evaluate_run
+from softhand.stability.regulation import Gains, regulation
+from softhand.stability.scan import scan
 
 K_O = np.array([100.0] * 3 + [0.3] * 3)
 GAINS = Gains(K_O, np.full(9, 0.005), np.full(3, 1.5), True)
@@ -382,7 +384,7 @@ def test_a_law_that_cannot_be_scaled_is_refused():
             """See the class."""
             return 1e3 * dr, 0.1 * dtheta, 0.1 * dphi, 0.01 * dpsi
 
-    from softhand.analysis.loop import _scaling_fields
+    from softhand.stability.scan import _scaling_fields
 
     with pytest.raises(LawError, match="Fixed"):
         _scaling_fields(Fixed(radius=0.01))

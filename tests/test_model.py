@@ -29,7 +29,7 @@ from hands import (
 from softhand.model.gravity import gravity_forces
 from softhand.model.snapshot import Snapshot
 from softhand.model.world import World, load_world
-from softhand.plant import State
+from softhand.plant.state import State
 
 TIP_NAMES = ["finger_1_tip", "finger_2_tip", "finger_3_tip"]
 

@@ -15,11 +15,10 @@ from energy import ring
 from hands import REPOSITORY, Array, Task, numerical_jacobian, random_state, start_acceleration
 from test_contact import coordinates_along, observe, slip_coordinates, slipping
 
-from softhand.analysis.invariant_set import examine_run
-from softhand.assembly import build, read_grasp, read_law, read_world, simulate
+from softhand.assembly.build import build, simulate
+from softhand.assembly.parts import read_law
+from softhand.assembly.plant import read_grasp, read_world
 from softhand.errors import GraspError, ModelError, SimulationStopped, SofthandError
-from softhand.grasp import faces_of
-from softhand.model.configuration import rotation_of
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
 from softhand.model.shapes.ellipsoid import Ellipsoid
@@ -27,9 +26,13 @@ from softhand.model.shapes.mesh import as_polyhedron
 from softhand.model.shapes.mesh_file import Mesh, read_mesh
 from softhand.model.shapes.shape import CurvedShape, Shape
 from softhand.model.shapes.sphere import Sphere
-from softhand.plant import Plant, State
-from softhand.recording import Recording
-from softhand.scenario import load_scenario, with_law
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.recording.recording import Recording
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.stability.invariant_set import examine_run
+from softhand.start.grasp import faces_of
 from softhand.steppers.rk4 import RungeKutta4
 
 ROTATION, CENTRE = rotation_of((0.3, -0.4, 0.7)), np.array([0.002, -0.003, 0.004])

@@ -8,11 +8,12 @@ from hands import Array, Task
 from numpy.testing import assert_allclose
 
 from softhand import build, load_scenario
-from softhand.model.configuration import rotation_of, turning_of
-from softhand.observation import Observation, contact_pairs
-from softhand.plant import State
-from softhand.references import Desired
-from softhand.sensing import Sensor
+from softhand.contact.pairs import contact_pairs
+from softhand.numerics.spatial import rotation_of, turning_of
+from softhand.plant.state import State
+from softhand.references.reference import Desired
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
 
 STEP = 1e-6
 

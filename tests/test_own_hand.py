@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import softhand.cli
+import softhand.commands.main
 from softhand.commands.app import app
 
 PAGE = (Path(__file__).parent.parent / "docs/own-hand.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, flags=re.DOTALL)
 
-assert softhand.cli.main  # which adds the commands
+assert softhand.commands.main.main  # which adds the commands
 
 
 @pytest.fixture(scope="module")

@@ -11,12 +11,12 @@ import pytest
 from softhand import Controller, Law, Recording, build, load_scenario
 from softhand.analysis.energy import energy_ledger, tip_energy
 from softhand.analysis.performance import errors, measure
-from softhand.assembly import read_law
+from softhand.assembly.parts import read_law
+from softhand.contact.pads import Fingertip
 from softhand.contact.records import CONTACT
 from softhand.dampings.fung import Fung
 from softhand.laws.conservative import Conservative
 from softhand.model.shapes.face import Face
-from softhand.plant import Fingertip
 from softhand.plugins import SHIPPED, find_plugin
 
 TIME = np.arange(2001) * 1e-3

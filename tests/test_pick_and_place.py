@@ -11,12 +11,12 @@ from hands import write_box
 
 import softhand
 from softhand.analysis.energy import energy_ledger
-from softhand.analysis.loop import linearise
-from softhand.assembly import build
+from softhand.assembly.build import build
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
-from softhand.events import find_events, phases_of
-from softhand.recording import Recording
-from softhand.viewer.scene import RecordedScene
+from softhand.recording.events import find_events, phases_of
+from softhand.recording.recording import Recording
+from softhand.stability.loop import linearise
+from softhand.viewer.scene.recorded import RecordedScene
 
 NAME = "grasp-and-lift"
 WEIGHT = 0.2 * 9.81  # [N]

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import softhand.cli
+import softhand.commands.main
 from softhand import GraspError, load_scenario, place_object, simulate
-from softhand.analysis.grasp_quality import quality_in
-from softhand.analysis.placement import room
-from softhand.assembly import read_world
+from softhand.assembly.plant import read_world
 from softhand.commands.app import app
-from softhand.scenario import with_law
+from softhand.grasping.placement import room
+from softhand.grasping.quality import quality_in
+from softhand.scenario.scenario import with_law
 
-assert softhand.cli.main  # which adds the commands
+assert softhand.commands.main.main  # which adds the commands
 
 
 def room_at(scenario: softhand.Scenario) -> float:

@@ -16,8 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from softhand.errors import RecordingError, SofthandError
-from softhand.plots import DASH_DOTTED, FINGERS, FORMATS, TARGETS, Compared, draw_comparison, draw_run, save_figure
-from softhand.recording import COMPONENTS, VARIABLES, Recording
+from softhand.plots.comparison import Compared, draw_comparison
+from softhand.plots.run import draw_run
+from softhand.plots.style import DASH_DOTTED, FINGERS, FORMATS, TARGETS, save_figure
+from softhand.recording.recording import Recording
+from softhand.recording.variables import COMPONENTS, VARIABLES
 
 SAMPLES = 101
 CONTACT_PANELS = 9

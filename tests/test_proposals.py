@@ -10,13 +10,14 @@ import pytest
 from hands import FINGER_GUESS
 from test_grasp_quality import run, scenario_of
 
-from softhand.analysis.chains import approach, finger_chain, place_tip
-from softhand.analysis.grasp_quality import grasp_quality
-from softhand.analysis.proposals import PHI, PRESSING, RESERVE, USE, Proposal, propose_grasps
-from softhand.assembly import read_world, simulate
+from softhand.assembly.build import simulate
+from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
-from softhand.scenario import Scenario, load_scenario
-from softhand.scenario_file import tomllib
+from softhand.grasping.chains import approach, finger_chain, place_tip
+from softhand.grasping.proposals import PHI, PRESSING, RESERVE, USE, Proposal, propose_grasps
+from softhand.grasping.quality import grasp_quality
+from softhand.scenario.scenario import Scenario, load_scenario
+from softhand.settings.toml import tomllib
 
 MOVED = (0.004, 0.006, 0.139)  # [m]
 

@@ -18,8 +18,9 @@ import pytest
 import xarray as xr
 
 from softhand.errors import RecordingError
-from softhand.recorder import Recorder
-from softhand.recording import COMPONENTS, LABELLED_DIMS, VARIABLES, Recording
+from softhand.recording.recording import Recording
+from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
+from softhand.simulation.recorder import Recorder
 
 SAMPLES = 7
 LABELS = {

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softhand.analysis.recording_checkup import RecordingCheckup, check_recording
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
+from softhand.checks.recording import RecordingCheckup, check_recording
 from softhand.errors import RecordingError, SimulationStopped
-from softhand.recording import Recording
-from softhand.scenario import load_scenario, with_law
+from softhand.recording.recording import Recording
+from softhand.scenario.scenario import load_scenario, with_law
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
 

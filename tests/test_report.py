@@ -18,12 +18,12 @@ from PIL import Image
 
 import softhand
 from softhand import Recording, RecordingError, load_scenario, simulate, write_report
-from softhand.events import find_events
-from softhand.viewer.browser import Browser
-from softhand.viewer.curves import samples_of
-from softhand.viewer.packing import frames_of
-from softhand.viewer.report import report_page
-from softhand.viewer.scene import RecordedScene
+from softhand.recording.events import find_events
+from softhand.viewer.report.browser import Browser
+from softhand.viewer.report.curves import samples_of
+from softhand.viewer.report.packing import frames_of
+from softhand.viewer.report.report import report_page
+from softhand.viewer.scene.recorded import RecordedScene
 
 MOST_BYTES = 8_000_000
 NUMBERS = {"f4": "<f4", "i4": "<i4", "i2": "<i2", "u1": "|u1"}

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softhand import reproduce as module
 from softhand.errors import SimulationStopped
-from softhand.recording import Recording
-from softhand.reproduce import COLUMNS, REFERENCES, RUNS, TARGETS, WINDOW, Case, Reproduction, draw, reproduce
+from softhand.recording.recording import Recording
+from softhand.studies import reproduce as module
+from softhand.studies.reproduce import COLUMNS, REFERENCES, RUNS, TARGETS, WINDOW, Case, Reproduction, draw, reproduce
 
 PAIRS = [(reference, target) for reference in REFERENCES for target in TARGETS]
 

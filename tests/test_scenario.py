@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softhand.errors import ScenarioError
-from softhand.scenario import Scenario, load_scenario
-from softhand.scenario_file import parse_override, resolve_path, scenario_names
+from softhand.scenario.file import parse_override, resolve_path, scenario_names
+from softhand.scenario.scenario import Scenario, load_scenario
 
 TARGET_A = load_scenario("target-a")
 DEFAULTS = ["description", "duration", "control_period", "gravity", "stepper"]

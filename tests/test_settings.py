@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError, model_validator
 
 from softhand.errors import ScenarioError
-from softhand.settings import Gain, NonNegative, Positive, Settings, Vector, Vector3, nearest, read_settings, show
+from softhand.settings.settings import Gain, NonNegative, Positive, Settings, Vector, Vector3, read_settings
+from softhand.settings.wording import nearest, show
 
 
 class Inner(Settings):

@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from softhand.viewer import shapes
-from softhand.viewer.contacts import gauge_vertices, tube
-from softhand.viewer.shapes import Mesh
-from softhand.viewer.tip_shape import (
+from softhand.viewer.scene import shapes
+from softhand.viewer.scene.contacts import gauge_vertices, tube
+from softhand.viewer.scene.shapes import Mesh
+from softhand.viewer.scene.tip_shape import (
     Indentation,
     contact_axes,
     contact_turn,

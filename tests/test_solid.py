@@ -10,13 +10,14 @@ import pytest
 from hands import Task, reference_task
 from scipy.optimize import lsq_linear
 
-from softhand.assembly import build
+from softhand.assembly.build import build
 from softhand.errors import SimulationStopped
 from softhand.laws.radial import Radial
-from softhand.model.configuration import rotation_of
 from softhand.model.shapes.box import Box
-from softhand.plant import Plant, State
-from softhand.scenario import load_scenario, with_law
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.scenario.scenario import load_scenario, with_law
 
 R = 0.010  # [m]
 TILTED = Box(rotation_of((0.3, -0.4, 0.7)), np.array([0.002, -0.003, 0.004]), np.array([0.028, 0.018, 0.030]))

@@ -18,7 +18,7 @@ from hands import (
     run_reference,
 )
 
-from softhand.plant import State
+from softhand.plant.state import State
 from softhand.steppers.stepper import Stepper
 
 ORDERS = {"semi-implicit-euler": 1, "midpoint": 2, "rk4": 4}

@@ -12,17 +12,10 @@ import pytest
 from hands import Array
 
 from softhand import build, load_scenario, simulate
-from softhand.analysis.checkup import check_scenario
 from softhand.analysis.energy import energy_ledger
-from softhand.analysis.probe import Probe, recorded_state
-from softhand.contact.supports import (
-    corners_on_table,
-    pad_on_hand,
-    plain,
-    table_plane,
-    tips_on_table,
-    tips_on_tips,
-)
+from softhand.assembly.probe import Probe, recorded_state
+from softhand.checks.scenario import check_scenario
+from softhand.contact.supports import corners_on_table, pad_on_hand, plain, table_plane, tips_on_table, tips_on_tips
 from softhand.controllers.controller import Controller
 from softhand.errors import ModelError, ScenarioError
 from softhand.laws.conservative import Conservative
@@ -31,18 +24,19 @@ from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
 from softhand.laws.radial import Radial
 from softhand.model.shapes.sphere import Sphere
-from softhand.plant import Plant, State
-from softhand.recording import Recording
-from softhand.references import Step
-from softhand.scenario import with_law
-from softhand.simulation import Simulation
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.recording.recording import Recording
+from softhand.references.straight import Step
+from softhand.scenario.scenario import with_law
+from softhand.simulation.simulation import Simulation
 from softhand.steppers.adaptive import Adaptive
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 from softhand.validation.rigs import MU, RADIUS, RIGHT, Body, Carriage, G, Rig, make_rig, make_world, tip
-from softhand.viewer.scene import RecordedScene
+from softhand.viewer.scene.recorded import RecordedScene
 
 MASS = 0.2  # [kg]
 SIZE = (0.056, 0.036, 0.060)  # [m]

@@ -11,15 +11,16 @@ import pytest
 from energy import task_with
 from hands import STEPPERS, Array, Task, numerical_jacobian, random_state, start_acceleration
 
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
 from softhand.errors import GraspError, SimulationStopped
 from softhand.laws.conservative import Conservative
 from softhand.laws.parallel_distributed import ParallelDistributed
-from softhand.observation import Observation
-from softhand.plant import Plant, State
-from softhand.references import Step
-from softhand.scenario import load_scenario, with_law
-from softhand.sensing import Sensor
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.references.straight import Step
+from softhand.scenario.scenario import load_scenario, with_law
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
 
 R = 0.010  # [m]
 LAWS = {"conservative": Conservative(radius=R), "parallel-distributed": ParallelDistributed(radius=R)}

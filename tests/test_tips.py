@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 
 from softhand import Recording, build, load_scenario
-from softhand.analysis.checkup import check_scenario
 from softhand.analysis.energy import energy_ledger
-from softhand.analysis.loop import linearise
-from softhand.analysis.probe import Probe
-from softhand.analysis.workspace import Workspace
-from softhand.assembly import read_face_friction, read_laws
-from softhand.comparison import compare
+from softhand.assembly.parts import read_face_friction, read_laws
+from softhand.assembly.probe import Probe
+from softhand.checks.scenario import check_scenario
 from softhand.contact.friction import face_of
 from softhand.errors import ScenarioError
-from softhand.model.configuration import rotation_of
-from softhand.scenario import FACES, Scenario, with_law
-from softhand.settings import read_settings
+from softhand.grasping.workspace import Workspace
+from softhand.numerics.spatial import rotation_of
+from softhand.scenario.bodies import FACES
+from softhand.scenario.scenario import Scenario, with_law
+from softhand.settings.settings import read_settings
+from softhand.stability.loop import linearise
+from softhand.studies.compare import compare
 
 if sys.version_info >= (3, 11):
     import tomllib

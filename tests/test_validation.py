@@ -19,11 +19,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softhand.errors import ModelError
-from softhand.model.urdf import parse_urdf, read_text
-from softhand.model.validation.document import LARGEST
-from softhand.model.validation.examination import examine
+from softhand.model.urdf.document import LARGEST
+from softhand.model.urdf.examination import examine
+from softhand.model.urdf.reading import parse_urdf, read_text
 from softhand.model.world import load_world
-from softhand.scenario_file import tomllib
+from softhand.settings.toml import tomllib
 
 DATA = Path(__file__).parent / "data"
 BROKEN = sorted((DATA / "broken").glob("*.urdf"))

@@ -19,15 +19,15 @@ from tornado.websocket import websocket_connect
 from typer.testing import CliRunner
 
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
-from softhand.cli import app
-from softhand.viewer.browser import Browser
-from softhand.viewer.contacts import Supports
-from softhand.viewer.live import Pace, Replay
-from softhand.viewer.moment import recorded_moment
-from softhand.viewer.palette import SLIP, SLIPPING, use_colour
-from softhand.viewer.scene import RecordedScene
-from softhand.viewer.stream import encode
-from softhand.viewer.visuals import read_visuals
+from softhand.commands.app import app
+from softhand.viewer.live.stream import encode
+from softhand.viewer.live.viewer import Pace, Replay
+from softhand.viewer.report.browser import Browser
+from softhand.viewer.scene.contacts import Supports
+from softhand.viewer.scene.moment import recorded_moment
+from softhand.viewer.scene.palette import SLIP, SLIPPING, use_colour
+from softhand.viewer.scene.recorded import RecordedScene
+from softhand.viewer.scene.visuals import read_visuals
 
 PORT = 7600
 

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 import softhand
-from softhand.assembly import read_reference, read_waypoints
+from softhand.assembly.parts import read_reference, read_waypoints
 from softhand.errors import ScenarioError
-from softhand.events import find_events
-from softhand.references import MinimumJerk, Waypoint, Waypoints
-from softhand.scenario_file import tomllib
-from softhand.settings import read_settings
+from softhand.recording.events import find_events
+from softhand.references.reference import Waypoint
+from softhand.references.straight import MinimumJerk
+from softhand.references.waypoints import Waypoints
+from softhand.settings.settings import read_settings
+from softhand.settings.toml import tomllib
 
 START = Waypoint((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0)
 FIRST = Waypoint(

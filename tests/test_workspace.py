@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from hands import CONTACT_POINTS, FINGER_GUESS, HAND_URDF, START_POSITION, Task
 
-from softhand.analysis.chains import finger_chain, place_tip, reach
-from softhand.analysis.workspace import Verdict, Workspace
-from softhand.assembly import read_world
+from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
+from softhand.grasping.chains import finger_chain, place_tip, reach
+from softhand.grasping.workspace import Verdict, Workspace
 from softhand.model.arm import Arm
-from softhand.model.configuration import rotation_of
-from softhand.plots import save_figure
+from softhand.numerics.spatial import rotation_of
+from softhand.plots.style import save_figure
 from softhand.plots.workspace import draw_workspace
-from softhand.scenario import load_scenario
+from softhand.scenario.scenario import load_scenario
 
 L1, L2, L3, RADIUS = 0.076, 0.051, 0.052, 0.010  # [m] links and tip of the reference hand
 BASE_1 = np.array([0.055, 0.040, 0.0])  # finger 1, facing -x

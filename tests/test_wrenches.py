@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-from softhand.analysis.wrenches import (
+from softhand.grasping.wrenches import (
     Contacts,
     closure_margin,
     grasp_map,

@@ -9,14 +9,14 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.analysis.probe import recorded_scenario, recorded_state
-from softhand.assembly import read_plant
+from softhand.assembly.plant import read_plant
+from softhand.assembly.probe import recorded_scenario, recorded_state
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
-from softhand.plant import Plant, State
-from softhand.recording import Recording
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.recording.recording import Recording
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.model.configuration import rotation_of
-from softhand.recording import Recording
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import rotation_of
+from softhand.recording.recording import Recording
 
 WINDOW = 0.1  # [s] at the end, over which errors are averaged
 BAND = 0.05  # of the way from the start to the target: settled within it

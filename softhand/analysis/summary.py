@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand.events import Event, find_events
-from softhand.recording import Recording
+from softhand.recording.events import Event, find_events
+from softhand.recording.recording import Recording
 
 _ROUNDED = 1e-9  # a tip that slips is on the limit
 

@@ -38,8 +38,8 @@ def check(
 
 
 def _check_urdf(file: Path, quiet: bool) -> None:
-    from softhand.model.urdf import parse_urdf, read_text
-    from softhand.model.validation.examination import examine
+    from softhand.model.urdf.examination import examine
+    from softhand.model.urdf.reading import parse_urdf, read_text
 
     text = read_text(file)
     examination = examine(text, file, folder=file.parent)
@@ -65,12 +65,12 @@ def _check_urdf(file: Path, quiet: bool) -> None:
 
 
 def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
 
     scenario = load_scenario(target, dict(parse_override(change) for change in changes))
     say_compiling(quiet)
-    from softhand.analysis.checkup import check_scenario
+    from softhand.checks.scenario import check_scenario
 
     checkup = check_scenario(scenario)
     if quiet:
@@ -82,11 +82,11 @@ def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
 
 
 def _check_recording(file: Path, quiet: bool) -> None:
-    from softhand.recording import Recording
+    from softhand.recording.recording import Recording
 
     recording = Recording.load(file)
     say_compiling(quiet)
-    from softhand.analysis.recording_checkup import check_recording
+    from softhand.checks.recording import check_recording
 
     checkup = check_recording(recording)
     if not quiet:

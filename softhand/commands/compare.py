@@ -23,7 +23,7 @@ from softhand.commands.console import (
 )
 
 if TYPE_CHECKING:
-    from softhand.comparison import Row
+    from softhand.studies.compare import Row
 
 _NAMES = "NAME,NAME,..."
 
@@ -54,12 +54,12 @@ def compare(
     law of the scenario, then other laws under its controller.
     """
     say_compiling(quiet)
-    from softhand.comparison import compare as run
-    from softhand.comparison import draw, pairs, split_choices, to_csv
     from softhand.errors import SimulationStopped
-    from softhand.plots import save_figure
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.plots.style import save_figure
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
+    from softhand.studies.compare import compare as run
+    from softhand.studies.compare import draw, pairs, split_choices, to_csv
 
     values = dict(parse_override(change) for change in changes)
     if duration is not None:
@@ -97,7 +97,7 @@ def compare(
 def _print_rows(rows: list[Row]) -> None:
     from rich.table import Table
 
-    from softhand.comparison import CAPTION, COLUMNS, labels
+    from softhand.studies.compare import CAPTION, COLUMNS, labels
 
     table = Table(box=None, padding=(0, 1, 0, 0), caption=f"\n{CAPTION}", caption_justify="left", caption_style="dim")
     table.add_column("run", overflow="fold", min_width=18)

@@ -12,9 +12,9 @@ import typer
 from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
-    from softhand.events import Event
-    from softhand.recording import Recording
-    from softhand.simulation import Progress
+    from softhand.recording.events import Event
+    from softhand.recording.recording import Recording
+    from softhand.simulation.simulation import Progress
 
 Set = Annotated[
     list[str],
@@ -67,7 +67,7 @@ def escape(text: str) -> str:
 
 def say_compiling(quiet: bool) -> None:
     """Warn of the wait for the first compilation."""
-    from softhand.compiled import is_first_run
+    from softhand.numerics.compiled import is_first_run
 
     if not quiet and is_first_run():
         error_console().print("First run: compiling the contact kernels, once, for some seconds ...", highlight=False)

@@ -27,9 +27,10 @@ def energy(
     import numpy as np
 
     from softhand.analysis.energy import energy_ledger
-    from softhand.plots import save_figure, scenario_of
     from softhand.plots.energy import draw_energy
-    from softhand.recording import Recording
+    from softhand.plots.style import save_figure
+    from softhand.recording.recorded import scenario_of
+    from softhand.recording.recording import Recording
 
     run = Recording.load(recording)
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))

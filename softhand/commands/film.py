@@ -22,8 +22,8 @@ def film(
     quiet: Quiet = False,
 ) -> None:
     """Make a film of a recording; needs Chromium, and ffmpeg for .mp4."""
-    from softhand.recording import Recording
-    from softhand.viewer.film import write_film
+    from softhand.recording.recording import Recording
+    from softhand.viewer.report.film import write_film
 
     pixels = _pixels(size)
     run = Recording.load(recording)

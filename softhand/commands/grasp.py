@@ -9,22 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import (
-    Plugins,
-    Quiet,
-    Set,
-    check_figure,
-    console,
-    print_table,
-    progress,
-    say_compiling,
-)
+from softhand.commands.console import Plugins, Quiet, Set, check_figure, console, print_table, progress, say_compiling
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from softhand.analysis.grasp_quality import FingerQuality
-    from softhand.analysis.proposals import Proposal
+    from softhand.grasping.proposals import Proposal
+    from softhand.grasping.quality import FingerQuality
 
 
 @app.command(epilog="Example: softhand grasp target-a --set object.mass=0.3; softhand grasp my.toml --place --propose")
@@ -49,16 +40,16 @@ def grasp(
     """
     check_figure(out)
     say_compiling(quiet)
-    from softhand.analysis.grasp_quality import grasp_quality
-    from softhand.plots import save_figure
+    from softhand.grasping.quality import grasp_quality
     from softhand.plots.grasp import draw_grasp
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.plots.style import save_figure
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
 
     name = Path(scenario).stem
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     if place:
-        from softhand.analysis.placement import place_object
+        from softhand.grasping.placement import place_object
 
         with progress("placing the object", 1.0, quiet) as report:
             placement = place_object(chosen, progress=report)
@@ -68,7 +59,7 @@ def grasp(
             gain = f"room {placement.room:.2f}, before {placement.room_before:.2f}"
             console().print(f"object.position = [{x:g}, {y:g}, {z:g}]  # [m], {gain}", highlight=False, markup=False)
     if propose:
-        from softhand.analysis.proposals import propose_grasps
+        from softhand.grasping.proposals import propose_grasps
 
         with progress("searching for grasps", 1.0, quiet) as report:
             proposals = propose_grasps(chosen, count, seed, progress=report)

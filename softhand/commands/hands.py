@@ -9,7 +9,7 @@ from softhand.commands.console import print_table
 @app.command(epilog="Example: softhand hands")
 def hands() -> None:
     """List the hands of the scenarios that ship: joints, fingertips, mass, scenarios, and what to install for them."""
-    from softhand.hands import known_hands
+    from softhand.scenario.hands import known_hands
 
     for hand in known_hands():
         print_table(hand.name, hand.rows())

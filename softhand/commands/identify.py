@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import (
-    Out,
-    Quiet,
-    console,
-    escape,
-    make_folder,
-    new_folder,
-    progress,
-    write_text,
-)
+from softhand.commands.console import Out, Quiet, console, escape, make_folder, new_folder, progress, write_text
 from softhand.errors import MeasurementError
 
 if TYPE_CHECKING:
@@ -52,8 +43,8 @@ def identify(
     from softhand.identification.fit import fit_law
     from softhand.identification.measurements import EXAMPLE, read_length, read_measurements
     from softhand.identification.report import toml_snippet
-    from softhand.plots import save_figure
     from softhand.plots.identification import draw_fit
+    from softhand.plots.style import save_figure
     from softhand.plugins import find_plugin
 
     if bool(data) == example:
@@ -85,7 +76,7 @@ def identify(
 
 
 def _read_fixed(texts: list[str]) -> dict[str, float]:
-    from softhand.scenario_file import parse_override
+    from softhand.scenario.file import parse_override
 
     fixed = {}
     for name, value in map(parse_override, texts):

@@ -11,8 +11,8 @@ from softhand.commands.app import app
 from softhand.commands.console import Quiet, check_figure, console, print_table, progress, say_compiling
 
 if TYPE_CHECKING:
-    from softhand.analysis.invariant_set import InvariantSeries
-    from softhand.analysis.lyapunov import Lyapunov
+    from softhand.stability.invariant_set import InvariantSeries
+    from softhand.stability.lyapunov import Lyapunov
 
 _LONGEST = 3  # stretches that are named
 
@@ -30,12 +30,12 @@ def lyapunov(
     target = out or recording.parent / "lyapunov.png"
     check_figure(target)
     say_compiling(quiet)
-    from softhand.analysis.invariant_set import examine_run
-    from softhand.analysis.lyapunov import evaluate_run
-    from softhand.plots import save_figure
     from softhand.plots.lyapunov import draw_lyapunov
-    from softhand.plots.style import scenario_of
-    from softhand.recording import Recording
+    from softhand.plots.style import save_figure
+    from softhand.recording.recorded import scenario_of
+    from softhand.recording.recording import Recording
+    from softhand.stability.invariant_set import examine_run
+    from softhand.stability.lyapunov import evaluate_run
 
     run = Recording.load(recording)
     with progress("evaluating V", float(len(run)), quiet) as report:

@@ -19,8 +19,8 @@ def list_names(
 ) -> None:
     """List scenarios, fingertip laws, dampings, controllers and steppers."""
     from softhand.plugins import SHIPPED, describe_plugin, plugin_names
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import scenario_names
+    from softhand.scenario.file import scenario_names
+    from softhand.scenario.scenario import load_scenario
 
     kinds = ["scenarios", *SHIPPED]
     if what is not None and what not in kinds:

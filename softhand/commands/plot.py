@@ -20,8 +20,9 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the figure of a recording."""
-    from softhand.plots import draw_run, save_figure
-    from softhand.recording import Recording
+    from softhand.plots.run import draw_run
+    from softhand.plots.style import save_figure
+    from softhand.recording.recording import Recording
 
     target = out or recording.parent / "figure.png"
     run = Recording.load(recording)

@@ -20,11 +20,11 @@ def remark3(
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("remark3.png"),
 ) -> None:
     """Draw the force along the finger's axis against the tilt, beside the radial model (Remark 3 of the paper)."""
-    from softhand.assembly import read_law
-    from softhand.plots import save_figure
+    from softhand.assembly.parts import read_law
     from softhand.plots.angle_force import draw_angle_force
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.plots.style import save_figure
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     save_figure(draw_angle_force(read_law(chosen)), out)

@@ -20,8 +20,8 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Make one HTML file with the 3-D film, curves and numbers; it works offline."""
-    from softhand.recording import Recording
-    from softhand.viewer.report import write_report
+    from softhand.recording.recording import Recording
+    from softhand.viewer.report.report import write_report
 
     runs = [Recording.load(recording) for recording in recordings]
     target = out or recordings[0].parent / "report.html"

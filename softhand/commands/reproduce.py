@@ -8,15 +8,15 @@ from softhand.commands.app import app
 from softhand.commands.console import Out, Quiet, console, escape, make_folder, new_folder, progress, say_compiling
 
 if TYPE_CHECKING:
-    from softhand.reproduce import Reproduction
+    from softhand.studies.reproduce import Reproduction
 
 
 @app.command(epilog="Example: softhand reproduce --out paper")
 def reproduce(out: Out = None, quiet: Quiet = False) -> None:
     """Make the paper's simulation figure anew: targets A and B, with and without torsion compensation."""
     say_compiling(quiet)
-    from softhand.plots import save_figure
-    from softhand.reproduce import RUNS, draw, reproduce
+    from softhand.plots.style import save_figure
+    from softhand.studies.reproduce import RUNS, draw, reproduce
 
     folder = out or new_folder("reproduce")
     make_folder(folder)
@@ -33,7 +33,7 @@ def _print_reproduction(result: Reproduction) -> None:
     from rich import box
     from rich.table import Table
 
-    from softhand.reproduce import CAPTION, COLUMNS
+    from softhand.studies.reproduce import CAPTION, COLUMNS
 
     table = Table(box=box.SIMPLE_HEAD, caption=CAPTION, caption_justify="left", caption_style="dim")
     for name in COLUMNS:

@@ -15,6 +15,6 @@ def schema() -> None:
     """
     import json
 
-    from softhand.schema import scenario_schema
+    from softhand.scenario.schema import scenario_schema
 
     typer.echo(json.dumps(scenario_schema(), indent=2, ensure_ascii=False))

@@ -29,10 +29,10 @@ from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show
 from softhand.errors import SimulationStopped
 
 if TYPE_CHECKING:
-    from softhand.observation import Observation
-    from softhand.recording import Recording
-    from softhand.scenario import Scenario
-    from softhand.simulation import Simulation, Watch
+    from softhand.recording.recording import Recording
+    from softhand.scenario.scenario import Scenario
+    from softhand.sensing.observation import Observation
+    from softhand.simulation.simulation import Simulation, Watch
 
 
 @app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
@@ -58,8 +58,8 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
-    from softhand.scenario import load_scenario, with_law
-    from softhand.scenario_file import parse_override
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario, with_law
 
     values = dict(parse_override(change) for change in changes)
     if duration is not None:
@@ -87,7 +87,7 @@ class _Window(NamedTuple):
     @contextmanager
     def watch(self, simulation: Simulation) -> Iterator[Watch]:
         """A page, as a function that shows an observation on it and holds the run back to its speed."""
-        from softhand.viewer.live import Pace, Viewer
+        from softhand.viewer.live.viewer import Pace, Viewer
 
         pace = Pace(self.speed)
         with Viewer(simulation, self.host, self.port) as viewer:
@@ -102,7 +102,7 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly import build
+    from softhand.assembly.build import build
 
     simulation = build(scenario)
     try:
@@ -125,7 +125,8 @@ def _save(recording: Recording, folder: Path, plot: bool) -> list[str]:
     recording.save(folder / "run.nc")
     if not (plot and len(recording)):
         return ["scenario.toml", "run.nc"]
-    from softhand.plots import draw_run, save_figure
+    from softhand.plots.run import draw_run
+    from softhand.plots.style import save_figure
 
     save_figure(draw_run(recording), folder / "figure.png")
     return ["scenario.toml", "run.nc", "figure.png"]

@@ -26,11 +26,12 @@ def stability(
     say_compiling(False)
     import numpy as np
 
-    from softhand.analysis.loop import linearise, scan, scenario_gains
-    from softhand.plots import save_figure
     from softhand.plots.stability import draw_scan
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.plots.style import save_figure
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
+    from softhand.stability.loop import linearise
+    from softhand.stability.scan import scan, scenario_gains
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     K_O = scenario_gains(chosen)

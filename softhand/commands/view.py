@@ -11,7 +11,7 @@ from softhand.commands.app import app
 from softhand.commands.console import console, escape, note_incomplete
 
 if TYPE_CHECKING:
-    from softhand.viewer.live import Page
+    from softhand.viewer.live.viewer import Page
 
 Speed = Annotated[float, typer.Option(help="Times real time.")]
 Host = Annotated[
@@ -33,8 +33,8 @@ def view(
     open_page: OpenPage = True,
 ) -> None:
     """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
-    from softhand.recording import Recording
-    from softhand.viewer.live import Replay
+    from softhand.recording.recording import Recording
+    from softhand.viewer.live.viewer import Replay
 
     run = Recording.load(recording)
     with Replay(run, speed, once, host, port) as replay:

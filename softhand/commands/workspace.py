@@ -13,7 +13,7 @@ from softhand.commands.console import Quiet, Set, check_figure, console, print_t
 from softhand.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from softhand.analysis.workspace import Workspace
+    from softhand.grasping.workspace import Workspace
 
 _POSES = 32768
 
@@ -37,11 +37,11 @@ def workspace(
         )  # fmt: skip
     check_figure(out)
     say_compiling(quiet)
-    from softhand.analysis.workspace import Workspace
-    from softhand.plots import save_figure
+    from softhand.grasping.workspace import Workspace
+    from softhand.plots.style import save_figure
     from softhand.plots.workspace import draw_workspace
-    from softhand.scenario import load_scenario
-    from softhand.scenario_file import parse_override
+    from softhand.scenario.file import parse_override
+    from softhand.scenario.scenario import load_scenario
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     space = Workspace(chosen, (math.radians(phi_min), math.radians(phi_max)))
@@ -54,7 +54,7 @@ def workspace(
 
 
 def _print(space: Workspace, name: str, held: float, reasons: dict[str, float]) -> None:
-    from softhand.analysis.workspace import PAPER_ANGLE, PAPER_POSITION
+    from softhand.grasping.workspace import PAPER_ANGLE, PAPER_POSITION
 
     rows: list[tuple[str, str]] = []
     for way in space.ranges():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softhand.compiled import compiled
+from softhand.numerics.compiled import compiled
 
 
 @compiled

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softhand.compiled import compiled
+from softhand.numerics.compiled import compiled
 
 MOST_ROUNDS = 60
 """Of the search for the share of the deformation that stays."""

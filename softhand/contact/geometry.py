@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from softhand.compiled import compiled
 from softhand.contact.address import call
 from softhand.contact.records import PLANE, SOLID
+from softhand.numerics.compiled import compiled
 
 _POLE = 1e-3  # of the radius: R is taken no nearer to 0, where J_delta and laws have a pole; a run ends long before
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from softhand.compiled import compiled
 from softhand.contact.address import call
+from softhand.numerics.compiled import compiled
 
 
 @compiled

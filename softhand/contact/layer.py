@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from softhand.compiled import compiled
 from softhand.contact.address import call
 from softhand.contact.damping import damp
 from softhand.contact.friction import (
@@ -18,6 +17,7 @@ from softhand.contact.friction import (
 )
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_force, contact_jacobian, deformation_rate, relative_velocity
+from softhand.numerics.compiled import compiled
 
 
 @compiled

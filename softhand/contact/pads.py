@@ -22,8 +22,7 @@ from softhand.model.shapes.box import Box
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import CompiledShape
 from softhand.model.world import World
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

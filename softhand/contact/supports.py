@@ -15,9 +15,7 @@ from softhand.laws.law import Law
 from softhand.laws.plain import Plain
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
-from softhand.settings import read_settings
-
-Array = NDArray[np.float64]
+from softhand.settings.settings import read_settings
 
 WORLD = 0
 """Index of the joint that does not move."""

@@ -9,9 +9,9 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import attraction, need_fingers, pushed, radii, strength
-from softhand.model.configuration import cross_matrix, rotation_of, turn_towards
-from softhand.observation import Observation
-from softhand.settings import Gain, NonNegative
+from softhand.numerics.spatial import cross_matrix, rotation_of, turn_towards
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain, NonNegative
 
 
 class Blind(Controller):

@@ -9,8 +9,8 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.grasp_force import grasp_torque
-from softhand.observation import Observation
-from softhand.settings import Gain
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain
 
 
 class ComputedTorque(Controller):

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.observation import Observation
-from softhand.settings import Positive, Settings
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Positive, Settings
 
 Torque: TypeAlias = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.object_estimator import Estimate, ObjectEstimator
-from softhand.linear import least_norm
-from softhand.observation import Observation
-from softhand.settings import Gain
+from softhand.numerics.linear import least_norm
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain
 
 
 class FingerOnly(Controller):

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand.linear import least_norm
-from softhand.observation import Observation
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.numerics.linear import least_norm
+from softhand.sensing.observation import Observation
 
 
 def grasp_torque(seen: Observation, wrench: Array, squeeze: Array, compensate_torsion: bool) -> Array:

@@ -6,14 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
 from softhand.laws.law import Law
-from softhand.model.configuration import cross_matrix, rotation_of, turning_of
-from softhand.observation import Observation, carried, contact_pairs
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import carried, cross_matrix, rotation_of, turning_of
+from softhand.sensing.observation import Observation
 
 _STEP = 1e-6  # of the radius, or rad: of the slope of a law
 _MOVING = 1e-3  # share of the largest singular value: motion that moves the contacts less is not seen

@@ -7,8 +7,8 @@ from typing import Any
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.grasp_force import grasp_torque
-from softhand.observation import Observation
-from softhand.settings import Gain
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain
 
 
 class ObjectImpedance(Controller):

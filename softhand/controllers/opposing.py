@@ -9,8 +9,8 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import attraction, last_axis, need_fingers, pushed, radii, strength
-from softhand.observation import Observation
-from softhand.settings import Gain, NonNegative, Positive
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain, NonNegative, Positive
 
 
 class Opposing(Controller):

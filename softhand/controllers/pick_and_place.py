@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.regulation import Regulation
 from softhand.controllers.tips import pushed, radii
 from softhand.errors import ControllerError
-from softhand.observation import Observation
-from softhand.settings import Gain, NonNegative, Positive
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain, NonNegative, Positive
 
 
 class PickAndPlace(Controller):

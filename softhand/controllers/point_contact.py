@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from softhand.contact.pairs import contact_pairs
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
-from softhand.linear import least_norm
-from softhand.model.configuration import cross_matrix, rotation_of, turn_towards
-from softhand.observation import Observation, carried, contact_pairs
-from softhand.settings import Gain, NonNegative
+from softhand.numerics.linear import least_norm
+from softhand.numerics.spatial import carried, cross_matrix, rotation_of, turn_towards
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain, NonNegative
 
 
 class PointContact(Controller):

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from softhand.compiled import compiled, prepared
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.linear import least_norm
-from softhand.observation import Observation
-from softhand.settings import Gain
+from softhand.numerics.compiled import compiled
+from softhand.numerics.linear import least_norm
+from softhand.numerics.prepared import prepared
+from softhand.sensing.observation import Observation
+from softhand.settings.settings import Gain
 
 
 class Regulation(Controller):

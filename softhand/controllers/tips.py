@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
-from softhand.observation import Observation, contact_pairs
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.sensing.observation import Observation
 
 
 def radii(seen: Observation) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softhand.settings import Settings
+from softhand.settings.settings import Settings
 
 Channels = tuple[float, float, float]
 """Radial, tangential, torsional."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pydantic import field_validator, model_validator
 
 from softhand.dampings.damping import Damping
-from softhand.settings import Vector, show
+from softhand.settings.settings import Vector
+from softhand.settings.wording import show
 
 _MOST = 4
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softhand.dampings.damping import Channels, Damping
-from softhand.settings import NonNegative
+from softhand.settings.settings import NonNegative
 
 
 class HuntCrossley(Damping):

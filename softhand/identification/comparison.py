@@ -13,8 +13,7 @@ from softhand.errors import MeasurementError
 from softhand.identification.fit import fit_law
 from softhand.identification.measurements import Measurements
 from softhand.laws.law import Law
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
 
 FOLDS = 5
 _APART = 2.0  # standard errors of the difference from which two laws count as different

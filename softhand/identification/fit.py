@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand.errors import MeasurementError
 from softhand.identification.measurements import FORCE, Measurements
 from softhand.identification.model import Coefficient, Model, coefficients_of
 from softhand.laws.law import Law
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
 
 _REWEIGHTINGS = 8
 _POLISHED = 5  # of the starts

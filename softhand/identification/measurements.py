@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from softhand.errors import MeasurementError
 from softhand.identification.units import UNITS, scale_of
-from softhand.settings import nearest
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.settings.wording import nearest
 
 DEFORMATION = {"dr": "length", "dtheta": "angle", "dphi": "angle", "dpsi": "angle"}
 FORCE = {"Fr": "force", "Ftheta": "moment", "Fphi": "moment", "Fpsi": "moment"}

@@ -16,8 +16,7 @@ from softhand.errors import MeasurementError
 from softhand.identification.measurements import Measurements
 from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
 
 _BAD = 1e30  # stands in for a force that is no number
 _MOST_STARTS = 512

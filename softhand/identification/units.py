@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.errors import MeasurementError
-from softhand.settings import nearest
+from softhand.settings.wording import nearest
 
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},

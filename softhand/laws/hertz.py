@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from softhand.laws.law import Law
-from softhand.settings import Positive
+from softhand.settings.settings import Positive
 
 
 class Hertz(Law):

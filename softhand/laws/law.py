@@ -19,10 +19,10 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from softhand.compiled import kernel_folder
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
-from softhand.settings import Settings
+from softhand.numerics.compiled import kernel_folder
+from softhand.settings.settings import Settings
 
 LEADING = {
     "polar": ("dr", "dtheta", "dphi", "dpsi", "phi"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 from softhand.laws.law import Law
-from softhand.settings import Positive
+from softhand.settings.settings import Positive
 
 
 class Nakashima(Law):

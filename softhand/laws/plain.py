@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from softhand.laws.law import Law
-from softhand.settings import NonNegative, Positive
+from softhand.settings.settings import NonNegative, Positive
 
 
 class Plain(Law):

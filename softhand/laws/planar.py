@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, pi
 
 from softhand.laws.law import Law
-from softhand.settings import NonNegative, Positive
+from softhand.settings.settings import NonNegative, Positive
 
 
 class Planar(Law):

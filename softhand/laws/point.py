@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.laws.law import Law
-from softhand.settings import Positive
+from softhand.settings.settings import Positive
 
 
 class Point(Law):

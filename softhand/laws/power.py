@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from softhand.laws.law import Law
-from softhand.settings import NonNegative, Positive
+from softhand.settings.settings import NonNegative, Positive
 
 
 class Power(Law):

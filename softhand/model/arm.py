@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from softhand.model.world import World
-from softhand.roots import find_root, nearest_root
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.numerics.roots import find_root, nearest_root
 
 REACHED = 1e-9  # [m]
 _STARTS = 12

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled
+from softhand.numerics.compiled import compiled
 
 BODY = np.dtype(
     [

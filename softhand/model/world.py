@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +14,36 @@ from numpy.typing import NDArray
 from softhand.errors import ModelError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.gravity import list_bodies
-from softhand.model.mounting import AT_ORIGIN, TipPlace, Vector3, mounted, with_tips
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.reading import read_shape
 from softhand.model.shapes.shape import Shape
-from softhand.model.urdf import parse_urdf, read_text
+from softhand.model.urdf.mounting import AT_ORIGIN, TipPlace, Vector3, mounted, with_tips
+from softhand.model.urdf.reading import parse_urdf, read_text
+from softhand.numerics.arrays import Array
+
+
+def own_columns(world: World, index: int) -> list[int]:
+    """Velocity indices of the joints that move only this tip."""
+    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
+    return [column for column in world.tips[index].columns if column not in shared]
+
+
+def slides_of(world: World) -> NDArray[np.bool_]:
+    """Which joints slide, shape (n,)."""
+    data = world.model.createData()
+    pin.forwardKinematics(world.model, data, pin.neutral(world.model))
+    axes = [np.asarray(data.joints[joint].S).ravel() for joint in range(1, world.object_joint)]  # linear, angular
+    return np.array([bool(np.linalg.norm(axis[3:]) < 0.5) for axis in axes])
+
+
+def joints_of(world: World, q: Array) -> Array:
+    """Joint angles [rad or m], shape (n,), of a configuration of the model."""
+    angles = np.zeros(world.n_joints)
+    for joint in list(world.model.joints)[1:-1]:
+        own = q[joint.idx_q : joint.idx_q + joint.nq]
+        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
+    return angles
+
 
 FREE_FLYER_SIZE = 6
 

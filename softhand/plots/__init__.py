@@ -19,11 +19,10 @@ from softhand.plots.style import (
     TARGETS,
     WARNING,
     check,
-    is_coulomb,
     quantities,
     save_figure,
-    scenario_of,
 )
+from softhand.recording.recorded import is_coulomb, scenario_of
 
 __all__ = [
     "CONTACT_ARRAYS",

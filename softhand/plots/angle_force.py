@@ -8,14 +8,13 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
+from softhand.numerics.arrays import Array
 from softhand.plots.style import DASHED, DEGREES, FINGERS, STYLE, draw_legend, draw_title, from_top, new_figure
-
-Array = NDArray[np.float64]
 
 _TILT = np.radians(np.linspace(0.0, 40.0, 81))
 _DPHI = np.radians([0.0, 5.0, 10.0, 15.0, 20.0])

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
+from softhand.numerics.arrays import Array
 from softhand.plots.style import (
     DASH_DOTTED,
     OBJECT_ARRAYS,
@@ -19,7 +20,6 @@ from softhand.plots.style import (
     SOLID,
     STYLE,
     TARGETS,
-    Array,
     check,
     desired_handle,
     draw_legend,
@@ -33,7 +33,7 @@ from softhand.plots.style import (
     split,
     widen,
 )
-from softhand.recording import Recording
+from softhand.recording.recording import Recording
 
 
 class Compared(NamedTuple):

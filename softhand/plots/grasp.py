@@ -14,14 +14,12 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Polygon
-from numpy.typing import NDArray
 
-from softhand.analysis.grasp_quality import GraspQuality
-from softhand.model.configuration import upright
+from softhand.grasping.quality import GraspQuality
 from softhand.model.shapes.shape import Shape
+from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import upright
 from softhand.plots.style import FINGERS, OBJECT, STYLE, WARNING, draw_legend, draw_title, from_top, new_figure
-
-Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 9.0, 6.0  # [in]
 _LONGEST = 0.75  # of the longest arrow, over the characteristic length of the object

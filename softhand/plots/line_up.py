@@ -10,6 +10,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from softhand.numerics.arrays import Array
 from softhand.plots.style import (
     DASH_DOTTED,
     DASHED,
@@ -17,7 +18,6 @@ from softhand.plots.style import (
     FRICTION_TOP,
     SOLID,
     STYLE,
-    Array,
     draw_title,
     finish,
     from_top,

@@ -10,8 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from softhand.analysis.invariant_set import InvariantSeries
-from softhand.analysis.lyapunov import Lyapunov
 from softhand.plots.style import (
     DASHED,
     FINGERS,
@@ -25,6 +23,8 @@ from softhand.plots.style import (
     panel,
     split,
 )
+from softhand.stability.invariant_set import InvariantSeries
+from softhand.stability.lyapunov import Lyapunov
 
 _PARTS = {"V": "black", "kinetic energy": FINGERS[0], "spring K_O": FINGERS[2], "P of the tips": FINGERS[1]}
 _TERMS = {

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
-from softhand.events import find_events, phases_of
+from softhand.numerics.arrays import Array
 from softhand.plots.style import (
     CONTACT_ARRAYS,
     DASHED,
@@ -26,25 +26,24 @@ from softhand.plots.style import (
     ON_TOP,
     STYLE,
     WARNING,
-    Array,
     check,
     desired_handle,
     draw_legend,
     draw_title,
     finish,
     from_top,
-    is_coulomb,
     new_figure,
     panel,
     plot_desired,
     plot_fingers,
     quantities,
-    scenario_of,
     split,
     warn,
     widen,
 )
-from softhand.recording import Recording
+from softhand.recording.events import find_events, phases_of
+from softhand.recording.recorded import is_coulomb, scenario_of
+from softhand.recording.recording import Recording
 
 
 def draw_run(recording: Recording) -> Figure:

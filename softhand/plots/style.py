@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import io
 import os
-import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,15 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from softhand.errors import RecordingError, SofthandError
-from softhand.recording import Recording
-from softhand.whole_file import write_whole
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-Array = npt.NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.recording.recording import Recording
+from softhand.recording.whole_file import write_whole
 
 FORMATS = ("png", "pdf", "svg")
 """Endings that `save_figure` takes."""
@@ -41,7 +33,6 @@ TARGETS = (("#0072B2", "#56B4E9"), ("#D55E00", "#E69F00"), ("#009E73", "#7CCBB2"
 """Two colours a target: with compensation and without."""
 
 SOLID, DASH_DOTTED, DASHED = "-", (0, (5, 1.5, 1, 1.5)), (0, (4, 2))
-
 OBJECT, WARNING = "#56B4E9", "#A50026"
 ON_TOP = 10  # zorder of desired values
 FRICTION_TOP = 3.0  # friction use above this is cut off
@@ -51,10 +42,13 @@ _LABEL_DISTANCE = 0.45  # [in] from an axis to its label
 _WIDTH = 9.0  # [in], 900 px in a README
 DEGREES = 180.0 / np.pi
 ROUNDING = 1e-9  # [s]
+
 OBJECT_ARRAYS = tuple(
     f"{name}{kind}" for name in ("object_position", "object_rpy", "internal_force") for kind in ("", "_desired")
 )
+
 CONTACT_ARRAYS = ("contact_force", "deformation", "contact_angles", "friction_use", "joint_torque", "torque_limited")
+
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -149,20 +143,6 @@ def check(recording: Recording, *names: str) -> None:
     missing = [name for name in names if name not in recording.variables]
     if missing:
         raise RecordingError(f"The recording cannot be drawn: it has no {', '.join(missing)}.")
-
-
-def scenario_of(recording: Recording) -> dict[str, Any]:
-    """The recorded scenario; empty if its text cannot be read."""
-    try:
-        return tomllib.loads(recording.scenario)
-    except ValueError:
-        return {}
-
-
-def is_coulomb(recording: Recording) -> bool:
-    """Whether friction has a limit in this run, and its use is recorded."""
-    contact = scenario_of(recording).get("fingertip", {}).get("contact")
-    return contact == "coulomb" and "limit_surface_use" in recording.variables
 
 
 def new_figure(height: float) -> Figure:

@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from softhand.analysis.workspace import COORDINATES, PAPER_ANGLE, PAPER_POSITION, Workspace
+from softhand.grasping.workspace import COORDINATES, PAPER_ANGLE, PAPER_POSITION, Workspace
 from softhand.plots.style import DASHED, DEGREES, STYLE, draw_legend, draw_title, from_top, new_figure
 
 _COLORS = {

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from softhand.plant import Plant, State
-from softhand.settings import Positive
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.settings.settings import Positive
 from softhand.steppers.flow import Flow
 from softhand.steppers.stepper import Integration, Stepper
 

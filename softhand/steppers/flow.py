@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from softhand.contact.damping import relaxation_rate
 from softhand.model.configuration import coordinate_rate, normalize
-from softhand.plant import Plant, State
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
 
 
 class Flow:

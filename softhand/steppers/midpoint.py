@@ -7,14 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled, prepared
 from softhand.contact.damping import relax
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory, relative_velocity
 from softhand.contact.layer import evaluate_contacts
-from softhand.linear import factor, solve
 from softhand.model.configuration import integrate
-from softhand.plant import Plant, State, add_contact_force, copy_mass, generalized_force, is_at, set_at
+from softhand.numerics.compiled import compiled
+from softhand.numerics.linear import factor, solve
+from softhand.numerics.prepared import prepared
+from softhand.plant.dynamics import add_contact_force, copy_mass, generalized_force
+from softhand.plant.plant import Plant
+from softhand.plant.state import State, is_at, set_at
 from softhand.steppers.stepper import Integration, Stepper
 
 

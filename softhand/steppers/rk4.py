@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.plant import Plant, State
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
 from softhand.steppers.flow import Flow
 from softhand.steppers.stepper import Integration, Stepper
 

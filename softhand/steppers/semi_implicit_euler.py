@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.compiled import compiled
 from softhand.contact.damping import relax
 from softhand.contact.kinematics import integrate_memory
 from softhand.model.configuration import integrate
-from softhand.plant import Plant, State
+from softhand.numerics.compiled import compiled
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
 from softhand.steppers.stepper import Integration, Stepper
 
 

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.plant import Plant, State
-from softhand.settings import Positive, Settings
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.settings.settings import Positive, Settings
 
 
 class Stepper(Settings, ABC):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from softhand.assembly import simulate
+from softhand.assembly.build import simulate
 from softhand.contact.friction import spin_length
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.laws.conservative import Conservative
@@ -17,8 +17,8 @@ from softhand.laws.nakashima import Nakashima
 from softhand.laws.parallel_distributed import ParallelDistributed
 from softhand.laws.power import Power
 from softhand.laws.radial import Radial
-from softhand.model.configuration import rotation_of
-from softhand.scenario import load_scenario
+from softhand.numerics.spatial import rotation_of
+from softhand.scenario.scenario import load_scenario
 from softhand.steppers.midpoint import Midpoint
 from softhand.validation.check import Check
 from softhand.validation.rigs import BOTTOM, MU, RADIUS, Body, Carriage, Rig, make_rig, make_world, pinch, tip

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from softhand.laws.radial import Radial
-from softhand.model.configuration import rotation_of
+from softhand.numerics.spatial import rotation_of
 from softhand.plugins import SHIPPED, find_plugin
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4

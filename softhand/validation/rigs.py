@@ -10,17 +10,19 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip, Support
 from softhand.laws.law import Law
 from softhand.laws.radial import Radial
 from softhand.model.world import World, load_world
-from softhand.plant import Plant, State, add_contact_force
+from softhand.numerics.arrays import Array
+from softhand.plant.dynamics import add_contact_force
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.stepper import Stepper
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 G = 9.81  # [m/s^2]

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand.laws.hertz import Hertz
 from softhand.laws.radial import Radial
+from softhand.numerics.arrays import Array
 from softhand.steppers.adaptive import Adaptive
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
@@ -17,8 +17,6 @@ from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
 from softhand.validation.rigs import IMMOVABLE, MASS, MU, RADIUS, Body, G, Rig, block, depth_of, zero_crossing
-
-Array = NDArray[np.float64]
 
 STEPPERS: dict[str, type[Stepper]] = {
     "midpoint": Midpoint,

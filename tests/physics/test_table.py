@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import softhand.cli  # noqa: F401  adds the commands
+import softhand.commands.main  # noqa: F401  adds the commands
 from softhand.commands.app import app
 from softhand.errors import SofthandError
 from softhand.validation import table

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand.model.shapes.face import Face
-from softhand.model.shapes.shape import Array, Shape, shares, unit_square
+from softhand.model.shapes.shape import Shape, shares, unit_square
+from softhand.numerics.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

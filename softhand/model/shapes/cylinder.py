@@ -13,7 +13,6 @@ from softhand.model.shapes.shape import (
     FACE,
     OWN,
     SHARP,
-    Array,
     CurvedShape,
     normal_of,
     point_of,
@@ -21,6 +20,7 @@ from softhand.model.shapes.shape import (
     shares,
     unit_square,
 )
+from softhand.numerics.arrays import Array
 
 _CORNERS = 12  # on each rim
 

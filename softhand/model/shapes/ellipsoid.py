@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from softhand.compiled import compiled
 from softhand.errors import ModelError
-from softhand.model.shapes.shape import FACE, OWN, Array, CurvedShape, fibonacci_sphere, normal_of, point_of, set_vector
+from softhand.model.shapes.shape import FACE, OWN, CurvedShape, fibonacci_sphere, normal_of, point_of, set_vector
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
 
 _MOST_ROUNDS = 100
 _CANDIDATES = 20  # a point on the surface, from which the spread ones are chosen

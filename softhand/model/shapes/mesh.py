@@ -10,8 +10,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from softhand.model.shapes.mesh_file import Mesh, refused
 from softhand.model.shapes.polyhedron import Polyhedron
+from softhand.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
 
 MOST_FACES = 5000

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ModelError
+from softhand.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
 
 _LONGEST = 100_000_000  # bytes

@@ -17,13 +17,13 @@ from softhand.model.shapes.shape import (
     FACE,
     OWN,
     VERTEX,
-    Array,
     CompiledShape,
     point_of,
     set_vector,
     shares,
     unit_square,
 )
+from softhand.numerics.arrays import Array
 
 _FACE_ROW, _EDGE_ROW = 6, 10
 

@@ -8,10 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from softhand.errors import ModelError
-from softhand.model.meshes import find_mesh
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
 from softhand.model.shapes.ellipsoid import Ellipsoid
@@ -19,9 +17,9 @@ from softhand.model.shapes.mesh import as_polyhedron
 from softhand.model.shapes.mesh_file import read_mesh
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
-from softhand.model.validation.document import read_document
-
-Array = NDArray[np.float64]
+from softhand.model.urdf.document import read_document
+from softhand.model.urdf.meshes import find_mesh
+from softhand.numerics.arrays import Array
 
 KINDS = ("box", "sphere", "cylinder", "mesh")
 

@@ -33,10 +33,9 @@ import numpy as np
 from numba import cfunc, float64, types
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.compiled import compiled, kernel_folder
 from softhand.model.shapes.face import Face
-
-Array = NDArray[np.float64]
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled, kernel_folder
 
 OWN = 12
 """Where the numbers of the kind of shape begin in `data`."""

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from softhand.model.shapes.ellipsoid import chart_on
-from softhand.model.shapes.shape import FACE, OWN, Array, CurvedShape, fibonacci_sphere, point_of, set_vector
+from softhand.model.shapes.shape import FACE, OWN, CurvedShape, fibonacci_sphere, point_of, set_vector
+from softhand.numerics.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,101 @@
+"""The model of a scenario: world, supports, plant, grasp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softhand.assembly.parts import read_fingertips
+from softhand.contact.pads import Fingertip, Support
+from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
+from softhand.laws.law import Law
+from softhand.model.urdf.mounting import TipPlace
+from softhand.model.world import World, load_world
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.scenario.file import resolve_path
+from softhand.scenario.scenario import Scenario
+from softhand.start.grasp import Grasp, solve_grasp
+from softhand.start.open import solve_open_start
+
+
+def read_world(scenario: Scenario) -> World:
+    """Hand and object of a scenario."""
+    hand = scenario.hand
+    tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
+    return load_world(
+        resolve_path(hand.urdf),
+        tips,
+        resolve_path(scenario.object.urdf),
+        scenario.object.mass,
+        scenario.gravity,
+        ellipsoid=scenario.object.ellipsoid,
+        hull=scenario.object.hull,
+        mount=(hand.position, hand.rpy),
+        effort_limit=hand.effort_limit,
+    )
+
+
+def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:
+    """What may touch in a scenario beside the fingertips on the object.
+
+    Raises:
+        ModelError: a palm is on a frame that the hand does not have.
+    """
+    supports, table = [], scenario.table
+    if table is not None:
+        plane = table_plane(table.height, table.normal)
+        supports += corners_on_table(world, plane, table.friction, table.stiffness, table.damping)
+        supports += tips_on_table(world, fingertips, plane, table.friction)
+    if scenario.fingertip.tips_touch:
+        supports += tips_on_tips(world, fingertips)
+    for k, palm in enumerate(scenario.palm):
+        supports.append(
+            pad_on_hand(
+                world,
+                f"palm {k + 1}",
+                palm.frame,
+                palm.position,
+                palm.radius,
+                palm.friction,
+                palm.stiffness,
+                palm.damping,
+            )
+        )
+    return supports
+
+
+def read_plant(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> Plant:
+    """Hand, object and contacts of a scenario; with other laws, or one law at all tips, if given."""
+    world = read_world(scenario)
+    fingertips = read_fingertips(scenario, world, laws)
+    return Plant(world, fingertips, read_supports(scenario, world, fingertips))
+
+
+def read_grasp(
+    scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None
+) -> tuple[list[Fingertip], Grasp]:
+    """The fingertips of a scenario, as `read_fingertips`, and its grasp at rest."""
+    section, fingertips = scenario.grasp, read_fingertips(scenario, world, laws)
+    rotation = rotation_of(scenario.object.rpy)
+    if section.opening:
+        grasp = solve_open_start(
+            world,
+            fingertips,
+            section.contact_points,
+            section.opening,
+            scenario.object.position,
+            rotation,
+            read_supports(scenario, world, fingertips),
+            section.joint_guess,
+        )
+        return fingertips, grasp
+    grasp = solve_grasp(
+        world,
+        fingertips,
+        section.contact_points,
+        section.internal_force,
+        scenario.object.position,
+        rotation,
+        section.joint_guess,
+    )
+    return fingertips, grasp

@@ -1,0 +1,95 @@
+"""The plant of a scenario or of a recording at any state, without simulating."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from softhand.assembly.parts import read_reference
+from softhand.assembly.plant import read_plant
+from softhand.errors import LawError, RecordingError, ScenarioError
+from softhand.laws.law import Law
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.recording.recording import Recording
+from softhand.references.reference import Reference
+from softhand.scenario.scenario import Scenario
+from softhand.sensing.observation import Observation
+from softhand.sensing.sensor import Sensor
+from softhand.settings.settings import read_settings
+from softhand.settings.toml import tomllib
+
+
+class Probe:
+    """A plant and a sensor that can be put at any state.
+
+    Attributes:
+        plant: with all that belongs to the last state.
+        reference: what the controller is asked for.
+        laws: fingertip law of each contact.
+    """
+
+    def __init__(self, plant: Plant, reference: Reference) -> None:
+        self.plant, self.reference = plant, reference
+        self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
+        model, n_memory = plant.world.model, plant.n_memory
+        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((len(plant.contacts), n_memory)))
+        self._sensor = Sensor(plant, reference.desired)
+
+    @classmethod
+    def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
+        """The plant of a scenario, with another law at all tips if one is given."""
+        return cls(read_plant(scenario, law), read_reference(scenario))
+
+    def at(self, state: State, time: float) -> Observation:
+        """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""
+        for mine, given in ((self._state.q, state.q), (self._state.v, state.v), (self._state.z, state.z)):
+            mine[...] = given
+        self.reference.update(time)
+        return self._sensor.observe(self._state, time)
+
+    def require_polar(self) -> None:
+        """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
+        for tip_law, fingertip in zip(self.laws, self.plant.fingertips, strict=True):
+            law, damping = type(tip_law).__name__, type(fingertip.damping).__name__
+            if tip_law.coordinates != "polar":
+                what = f"law '{law}': V and L of Theorem 1 are stated in dr, dtheta, dphi, dpsi, as nakashima has them"
+            elif fingertip.damping.relaxation():
+                what = f"damping '{damping}': V and L of Theorem 1 are stated for tips without relaxing damping"
+            else:
+                continue
+            raise LawError(f"{what}; `softhand stability` takes others.", law=law)
+
+
+def recorded_scenario(recording: Recording) -> Scenario:
+    """The scenario of a recording.
+
+    Raises:
+        RecordingError: it was made without a scenario, or with a plugin that is not installed.
+    """
+    try:
+        return read_settings(Scenario, tomllib.loads(recording.scenario), "")
+    except (ValueError, ScenarioError) as error:
+        raise RecordingError(
+            f"The recording cannot be computed anew, as its scenario cannot be read: {error}", file=None
+        ) from error
+
+
+def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
+    """The state of one sample of a recording; what a damping remembers is not recorded, and zero here."""
+    world, n = plant.world, plant.world.n_joints
+    rotation = rotation_of(recording.object_rpy[sample])
+    twist = recording.object_twist[sample]
+    q = pin.neutral(world.model)
+    world.set_joint_position(recording.joint_position[sample], q)
+    q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
+    v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])
+    z = np.zeros((len(plant.contacts), plant.n_memory))
+    z[: world.n_tips, :3] = recording.deformation[sample, :, 1:]
+    if plant.supports and "support_deformation" in recording.variables:
+        z[world.n_tips :, :3] = recording.support_deformation[sample, :, 1:]
+    for memory, fingertip, dr in zip(z, plant.fingertips, recording.deformation[sample, :, 0], strict=False):
+        if fingertip.law.coordinates == "surface":
+            memory[:2] *= fingertip.law.radius - dr  # recorded as angles s / R
+    return State(q, v, z)

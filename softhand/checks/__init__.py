@@ -1,0 +1,1 @@
+"""A scenario or a recording explained and doubted."""

@@ -1,0 +1,193 @@
+"""A recording doubted: is it whole, are its numbers numbers, did tips slip or lift, can its run be repeated?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.analysis.energy import energy_ledger
+from softhand.assembly.probe import recorded_scenario
+from softhand.errors import RecordingError, SofthandError
+from softhand.recording.recording import Recording
+from softhand.recording.variables import VARIABLES
+from softhand.scenario.scenario import Scenario
+from softhand.version import __version__
+
+ROUNDING = 1e-9
+_POLE = 1e-6  # cosine of Phi at the apex
+_UNBOUND = ("friction_use", "limit_surface_use")
+"""Infinite by right where a tip does not press."""
+
+
+@dataclass(frozen=True)
+class RecordingCheckup:
+    """What a recording has and what is doubtful about it.
+
+    Attributes:
+        rows: name and text of what is in it.
+        errors: what makes its numbers useless, a sentence each.
+        warnings: what a reader of the numbers must know, a sentence each.
+    """
+
+    rows: list[tuple[str, str]]
+    errors: list[str]
+    warnings: list[str]
+
+    def raise_errors(self, name: str) -> None:
+        """One RecordingError of all errors, if there are any. Carries `.file`."""
+        if self.errors:
+            raise RecordingError(f"{name}: {' '.join(self.errors)} Compute the run anew.", file=name)
+
+
+def check_recording(recording: Recording) -> RecordingCheckup:
+    """Look at the arrays of a recording, at its scenario and at its energy ledger."""
+    errors = [*_empty(recording), *_not_numbers(recording), *_time(recording), *_rotations(recording)]
+    rows, warnings = _rows(recording), list(_end(recording))
+    missing = [name for name in _expected(recording) if name not in recording.variables]
+    if missing:
+        warnings.append(f"it has no {', '.join(missing)}: what is drawn or computed from them is not to be had.")
+    after, is_coulomb = [], False
+    try:
+        scenario = recorded_scenario(recording)
+        is_coulomb = scenario.fingertip.contact == "coulomb"
+        warnings += _length(recording, scenario)
+        if not errors and not missing:
+            after.append(("energy", _energy(recording)))
+        after.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
+    except SofthandError as error:
+        after.append(("scenario", "cannot be used with this version"))
+        warnings.append(f"its scenario cannot be used: {error}")
+    if len(recording):
+        for name, count, text in _counts(recording):
+            rows.append((name, text))
+            if count and not is_coulomb and name in ("friction use above 1", "lift-off"):
+                warnings.append(f"{name}: {text}.")
+    rows += after
+    return RecordingCheckup(rows, errors, warnings)
+
+
+def _expected(recording: Recording) -> list[str]:
+    """All arrays that a run with such contacts records."""
+    has_supports = "support" in recording.labels
+    return [name for name, variable in VARIABLES.items() if has_supports or "support" not in variable.dims]
+
+
+def _rows(recording: Recording) -> list[tuple[str, str]]:
+    time = recording.time
+    labels = [f"{len(names)} {dim}s" for dim, names in recording.labels.items()]
+    rows = [
+        ("ended", "complete" if recording.complete else f"early, at {recording.stop_time:g} s"),
+        ("version", recording.version + ("" if recording.version == __version__ else f", this is {__version__}")),
+        ("samples", f"{len(recording)}" + (f", {time[0]:g} to {time[-1]:g} s" if len(time) else "")),
+        ("of", ", ".join(labels)),
+        ("variables", f"{len(recording.variables)} of {len(_expected(recording))}"),
+    ]
+    if recording.hand_urdf and recording.object_urdf:
+        rows.append(("URDFs", "of hand and object are in it"))
+    return rows
+
+
+def _end(recording: Recording) -> Iterator[str]:
+    if not recording.complete:
+        yield f"incomplete, it goes to {recording.stop_time:g} s: {recording.reason.removesuffix('.')}."
+    if not (recording.hand_urdf and recording.object_urdf):
+        yield "it lacks the URDF of hand or object, so it is shown with the files that the scenario names now."
+
+
+def _empty(recording: Recording) -> Iterator[str]:
+    if not len(recording):
+        yield "it has no samples."
+
+
+def _not_numbers(recording: Recording) -> Iterator[str]:
+    """NaN and infinities by array and first time.
+
+    By right a use of friction is infinite where a tip does not press, and eta' is no number where it touches with its
+    apex, the pole of theta.
+    """
+    for name, array in recording.variables.items():
+        bad = ~np.isfinite(array)
+        if name in _UNBOUND and "contact_force" in recording.variables:
+            bad &= ~(np.isposinf(array) & ~(recording.contact_force[..., 2] > 0.0))
+        if name == "contact_coordinates_rate" and "contact_angles" in recording.variables:
+            bad &= ~(np.cos(recording.contact_angles[..., 1]) < _POLE)[..., None]
+        if bad.any():
+            samples = np.flatnonzero(bad.reshape(len(array), -1).any(axis=1))
+            kind = "NaN" if np.isnan(array[bad]).any() else "infinity"
+            yield f"{name} is {kind} in {_samples(samples.size)}, first {_when(recording, samples[0])}."
+
+
+def _time(recording: Recording) -> Iterator[str]:
+    time = recording.time
+    if len(time) < 2 or not np.isfinite(time).all():
+        return
+    steps = np.diff(time)
+    if not np.all(steps > 0.0):
+        yield f"time does not rise at sample {int(np.argmin(steps > 0.0)) + 1}."
+        return
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    off = np.abs(steps - step)
+    if np.max(off) > ROUNDING + 1e-6 * step:
+        k = int(np.argmax(off > ROUNDING + 1e-6 * step))
+        yield f"time is not even: {steps[k]:g} s to the sample at {time[k + 1]:g} s, {step:g} s on average."
+
+
+def _rotations(recording: Recording) -> Iterator[str]:
+    """R^T R = 1 and det R = 1."""
+    if "contact_rotation" not in recording.variables:
+        return
+    R = recording.contact_rotation
+    off = np.max(np.abs(np.einsum("...ki,...kj->...ij", R, R) - np.eye(3)), axis=(2, 3))
+    with np.errstate(invalid="ignore"):
+        bad = np.flatnonzero(((off > ROUNDING) | (np.linalg.det(R) < 0.0)).any(axis=1))
+    if bad.size:
+        yield f"contact_rotation is no rotation in {_samples(bad.size)}, first {_when(recording, bad[0])}."
+
+
+def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
+    """How often something happened and when first: label, samples, text."""
+    have = recording.variables
+    seen: list[tuple[str, NDArray[np.bool_], tuple[str, ...]]] = []
+    tips, joints = recording.labels.get("contact", ()), recording.labels.get("joint", ())
+    if "friction_use" in have:
+        pressing = have["contact_force"][..., 2] > 0.0 if "contact_force" in have else True
+        seen.append(("friction use above 1", (have["friction_use"] > 1.0 + ROUNDING) & pressing, tips))
+    if "contact_force" in have:
+        presses = have["contact_force"][..., 2] > 0.0
+        seen.append(("lift-off", ~presses & np.logical_or.accumulate(presses), tips))
+    if "is_slipping" in have:
+        seen.append(("slip", have["is_slipping"] != 0, tips))
+    if "torque_limited" in have:
+        seen.append(("torque at its limit", have["torque_limited"] != 0, joints))
+    for name, holds, who in seen:
+        samples = np.flatnonzero(holds.any(axis=1))
+        text = "never"
+        if samples.size:
+            first = who[int(np.argmax(holds[samples[0]]))]
+            text = f"{_samples(samples.size)}, first {_when(recording, samples[0])} ({first})"
+        yield name, int(samples.size), text
+
+
+def _length(recording: Recording, scenario: Scenario) -> Iterator[str]:
+    """Whether the samples are those that the scenario asks for."""
+    expected = round(scenario.duration / scenario.control_period) + 1
+    if recording.complete and len(recording) != expected:
+        yield f"it has {len(recording)} samples, but its scenario asks for {expected}."
+
+
+def _energy(recording: Recording) -> str:
+    """The residual of the energy ledger over what was exchanged."""
+    ledger = energy_ledger(recording)
+    share = abs(float(ledger.residual[-1])) / max(ledger.exchanged, 1e-300)
+    return f"{ledger.residual_name}: {1e3 * ledger.residual[-1]:.3g} mJ, {100.0 * share:.2g} % of the largest account"
+
+
+def _samples(count: int) -> str:
+    return f"{count} sample{'' if count == 1 else 's'}"
+
+
+def _when(recording: Recording, sample: int | np.signedinteger) -> str:
+    return f"at {recording.time[sample]:.4g} s"

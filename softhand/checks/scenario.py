@@ -1,0 +1,317 @@
+"""A scenario explained and doubted at its start, without running it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from softhand.assembly.build import build
+from softhand.assembly.parts import read_laws, read_waypoints
+from softhand.assembly.plant import read_grasp
+from softhand.contact.pads import Ball
+from softhand.contact.supports import depth_in_table, table_plane
+from softhand.dampings.damping import Damping
+from softhand.errors import GraspError
+from softhand.model.shapes.shape import CurvedShape
+from softhand.model.urdf.examination import examine
+from softhand.model.world import World, slides_of
+from softhand.numerics.spatial import rotation_of
+from softhand.plant.plant import Plant
+from softhand.plant.state import State
+from softhand.plugins import find_plugin
+from softhand.scenario.bodies import FACES
+from softhand.scenario.fingertip import DampingSection, FingertipSection
+from softhand.scenario.scenario import Scenario
+from softhand.sensing.observation import Observation
+from softhand.settings.notes import field_notes, unit_of
+from softhand.settings.settings import Settings
+from softhand.settings.toml import tomllib
+from softhand.settings.wording import show
+from softhand.simulation.simulation import Simulation
+
+_NEAR = 0.9  # of a limit
+_APEX_NEAR = math.radians(80.0)
+_DEEP_IN_TABLE = 5e-4  # [m]
+_JOINT_NEAR = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Checkup:
+    """What a scenario says and what is doubtful about it.
+
+    Attributes:
+        values: dotted key, value and unit of every setting, defaults written out.
+        start: name and text of the figures at the start.
+        warnings: a sentence each.
+        frequency: fastest angular frequency of hand and object on their contacts [rad/s].
+    """
+
+    values: list[tuple[str, str, str]]
+    start: list[tuple[str, str]]
+    warnings: list[str]
+    frequency: float
+
+
+def check_scenario(scenario: Scenario) -> Checkup:
+    """Build a scenario, ask its controller once and look at the start.
+
+    Raises:
+        SofthandError: whatever keeps the scenario from being run.
+    """
+    simulation = build(scenario)
+    seen = simulation.sample()
+    frequency = fastest_frequency(simulation.plant, simulation.state)
+    world = simulation.plant.world
+    stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
+    warnings = [
+        *_of_urdf(world.hand_text, world.hand_urdf, False),
+        *_of_urdf(world.object_text, world.object_urdf, True),
+        *_of_tips(seen, simulation.plant),
+        *_of_joints(simulation, world),
+        *_of_step(scenario, stepper.stable_up_to, frequency),
+        *_of_table(scenario, world),
+        *_of_target(scenario, world),
+    ]
+    start = [
+        *_tip_rows(seen, world),
+        *_material_rows(simulation),
+        *_joint_rows(simulation, world),
+        *_step_rows(scenario, stepper, frequency),
+        *_touch_rows(simulation.plant),
+    ]
+    return Checkup(_values(simulation.scenario), start, warnings, frequency)
+
+
+def fastest_frequency(plant: Plant, state: State) -> float:
+    """Largest |lambda| of lambda^2 M + lambda J^T D J + J^T K J = 0 at a state [rad/s].
+
+    K and D are stiffness and damping of the contacts; without damping it is the square root of the largest eigenvalue
+    of M^-1 J^T K J.
+    """
+    plant.update(state.q, state.v, state.z)
+    plant.touch(state.v, state.z, with_stiffness=True)
+    contacts, J = plant.contacts, plant.jacobian
+    M = plant.snapshot.mass_matrix(state.q)
+    K = np.einsum("irk,irs,isl->kl", J, contacts["stiffness"], J)
+    D = np.einsum("irk,ir,irl->kl", J, contacts["damping"], J)
+    nv = len(M)
+    A = np.zeros((2 * nv, 2 * nv))
+    A[:nv, nv:] = np.eye(nv)
+    A[nv:, :nv], A[nv:, nv:] = -np.linalg.solve(M, K), -np.linalg.solve(M, D)
+    return float(np.max(np.abs(np.linalg.eigvals(A))))
+
+
+def _of_urdf(text: str, file: Path, is_object: bool) -> list[str]:
+    return [f"{file}, {finding}" for finding in examine(text, file, is_object, file.parent).findings.warnings]
+
+
+def _of_tips(seen: Observation, plant: Plant) -> Iterator[str]:
+    for i, (tip, fingertip) in enumerate(zip(plant.world.tips, plant.fingertips, strict=True)):
+        law, use = fingertip.law, seen.friction_use[i]
+        Phi, depth = seen.contact_angles[i, 1], seen.deformation[i, 0] / law.radius
+        lowest, highest = law.Phi_range
+        name = type(law).__name__
+        if use > _NEAR:
+            yield (
+                f"{tip.name}: friction use is {use:.2f} at the start, and at 1 a real tip slips; raise "
+                "grasp.internal_force or move its contact point."
+            )
+        if law.coordinates == "polar" and Phi > _APEX_NEAR:
+            yield (
+                f"{tip.name}: Phi is {math.degrees(Phi):.1f} deg at the start, and the run ends at the apex, 90 deg; "
+                "turn the tip with another grasp.joint_guess, or choose a law in surface coordinates."
+            )
+        elif not lowest <= math.degrees(Phi) <= highest:
+            yield (
+                f"{tip.name}: Phi is {math.degrees(Phi):.1f} deg at the start; the law '{name}' is meant for "
+                f"{lowest:g} to {highest:g} deg."
+            )
+        if depth > law.deepest:
+            yield (
+                f"{tip.name}: pressed in by {depth:.2f} of its radius at the start; the law '{name}' is meant for up "
+                f"to {law.deepest:g}."
+            )
+
+
+def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
+    lower, upper = world.position_limits
+    angles, limits, slides = simulation.observation.joint_position, world.effort_limit, slides_of(world)
+    for k, name in enumerate(world.joint_names):
+        gap = min(angles[k] - lower[k], upper[k] - angles[k])
+        if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):
+            yield f"{name}: starts at {angles[k]:.4g}, {gap:.2g} from a limit ({lower[k]:g} to {upper[k]:g})."
+        torque = abs(simulation.torque[k])
+        if torque > _NEAR * limits[k]:
+            unit = "N" if slides[k] else "N m"
+            yield f"{name}: the controller asks for {torque:.3g} of {limits[k]:.3g} {unit} at the start."
+
+
+def _of_step(scenario: Scenario, stable_up_to: float, frequency: float) -> Iterator[str]:
+    step = scenario.stepper.step
+    if step * frequency > stable_up_to:
+        yield (
+            f"stepper.step: {step:g} s is too long for {scenario.stepper.name}: at the start it needs less than "
+            f"{stable_up_to / frequency:.2g} s for contacts as stiff as these; take a shorter step or midpoint."
+        )
+
+
+def _of_table(scenario: Scenario, world: World) -> Iterator[str]:
+    if scenario.table is None:
+        return
+    plane = table_plane(scenario.table.height, scenario.table.normal)
+    depth = depth_in_table(world, plane, scenario.object.position, rotation_of(scenario.object.rpy))
+    if depth > _DEEP_IN_TABLE:
+        yield (
+            f"table: the object starts {1e3 * depth:.3g} mm deep in it and will be thrown off; lower table.height or "
+            "raise object.position."
+        )
+
+
+def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
+    """Whether a tip can get to its contact point where the reference asks for the object.
+
+    By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
+    """
+    radius, told = max(law.radius for law in read_laws(scenario)), set()
+    for point in read_waypoints(scenario)[1:]:
+        if not any(point.internal_force):
+            continue
+        target = scenario.with_values(
+            {
+                "object.position": point.coordinates[:3],
+                "object.rpy": point.coordinates[3:],
+                "grasp.internal_force": point.internal_force,
+                "grasp.opening": 0.0,
+            }
+        )
+        try:
+            read_grasp(target, world)
+        except GraspError as error:
+            if error.quantity == "reach" and error.value > radius and str(error) not in told:  # type: ignore[attr-defined]
+                told.add(str(error))
+                yield f"reference: at the target, {error}"
+
+
+def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
+    """What may touch what; nothing else meets."""
+    slips = any(tip.can_slip for tip in plant.fingertips)
+    if isinstance(plant.world.shape, CurvedShape):
+        how = "as it is"
+    else:
+        how = "as it is, with edges" if slips else "as an endless face"
+    yield "tips meet the object", f"{how}, and {'can' if slips else 'cannot'} slip"
+    names = [support.name for support in plant.supports]
+    corners = [name for name in names if name.startswith("table corner")]
+    tips = [name.removeprefix("table ") for name in names if name.startswith("table ") and name not in corners]
+    if corners:
+        yield "the table meets", f"{len(corners)} corners of the object, {', '.join(tips)}"
+    for name in names:
+        if name.startswith("palm"):
+            yield name, "meets the object"
+    pairs = [support.name for support in plant.supports if isinstance(support.shape, Ball)]
+    if pairs:
+        yield "tips meet each other", ", ".join(pairs)
+
+
+def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Law, coefficients of friction and damping of each tip, as they hold at the start."""
+    plant = simulation.plant
+    for tip, fingertip, contact in zip(plant.world.tips, plant.fingertips, plant.tip_contacts, strict=True):
+        mu, static = contact["friction"], contact["static_friction"]
+        held = f", {static:.3g} until it slips" if static > mu else ""
+        faces = ", ".join(
+            f"{value:g} on {name}" for name, value in zip(FACES, fingertip.face_friction, strict=False) if value
+        )
+        parts = [
+            f"law {type(fingertip.law).__name__}, r {1e3 * fingertip.law.radius:g} mm",
+            f"mu {mu:.3g}{held}" + (f" ({faces})" if faces else ""),
+            f"damping {type(fingertip.damping).__name__}" if type(fingertip.damping) is not Damping else "no damping",
+        ]
+        if fingertip.torsion_length is not None:
+            parts.insert(2, f"torsion over {1e3 * fingertip.torsion_length:g} mm")
+        yield f"{tip.name}, material", ", ".join(parts)
+
+
+def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
+    for i, tip in enumerate(world.tips):
+        Phi = f"Phi {math.degrees(seen.contact_angles[i, 1]):.1f} deg"
+        if seen.deformation[i, 0] <= 0.0:
+            yield tip.name, f"is {-1e3 * seen.deformation[i, 0]:.3g} mm off the object, {Phi}"
+            continue
+        yield (
+            tip.name,
+            f"presses with {seen.contact_force[i, 2]:.3g} N, friction use {seen.friction_use[i]:.2f}, "
+            f"dr {1e3 * seen.deformation[i, 0]:.3g} mm, {Phi}",
+        )
+
+
+def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str]]:
+    share = np.abs(simulation.torque) / world.effort_limit
+    k = int(np.argmax(share))
+    name, unit = ("force", "N") if slides_of(world)[k] else ("torque", "N m")
+    size = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} {unit} at {world.joint_names[k]}"
+    yield f"largest {name}", size
+
+
+def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:
+    if frequency == 0.0:
+        yield "fastest vibration", "none: nothing touches at the start"
+        return
+    step = scenario.stepper.step
+    limit = "any step is stable"
+    if math.isfinite(stepper.stable_up_to):
+        limit = f"stable up to {1e3 * stepper.stable_up_to / frequency:.2g} ms"
+    yield "fastest vibration", f"{frequency / (2.0 * math.pi):.4g} Hz on the contacts, without the controller"
+    steps = 2.0 * math.pi / (step * frequency)
+    yield "step", f"{1e3 * step:g} ms, {steps:.2g} a period of it; {scenario.stepper.name}: {limit}"
+
+
+def _values(toml: str) -> list[tuple[str, str, str]]:
+    """Key, value and unit of all settings of a resolved scenario."""
+    table = tomllib.loads(toml)
+    return list(_flat(table, "", field_notes(Scenario), _plugin_notes(table)))
+
+
+def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What the docstrings say of the keys of each section."""
+    notes = {
+        name: field_notes(kind)
+        for name, field in Scenario.model_fields.items()
+        for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
+        if isinstance(kind, type) and issubclass(kind, Settings)
+    }
+    fingertip = table["fingertip"]
+    chosen = [
+        ("fingertip", "laws", fingertip["law"]),
+        ("controller", "controllers", table["controller"]["name"]),
+        ("stepper", "steppers", table["stepper"]["name"]),
+    ]
+    if "damping" in fingertip:
+        notes["fingertip.damping"] = field_notes(DampingSection)
+        chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
+    for tip, own in fingertip.get("tips", {}).items():
+        path = f"fingertip.tips.{tip}"
+        notes[path] = field_notes(FingertipSection)
+        chosen.append((path, "laws", own.get("law", fingertip["law"])))
+        if "damping" in own:
+            notes[f"{path}.damping"] = field_notes(DampingSection)
+            chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
+    for section, kind, name in chosen:
+        notes[section] |= field_notes(find_plugin(kind, name, section))
+    return notes
+
+
+def _flat(
+    table: Mapping[str, Any], path: str, notes: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
+) -> Iterator[tuple[str, str, str]]:
+    for key, value in table.items():
+        name = f"{path}.{key}".lstrip(".")
+        if isinstance(value, Mapping):
+            yield from _flat(value, name, sections.get(name, {}), sections)
+        elif value != []:
+            yield name, show(value), unit_of(notes.get(key, ""))

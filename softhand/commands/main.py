@@ -1,0 +1,30 @@
+"""The command `softhand`: its commands, and what becomes of errors.
+
+What a command needs is imported when it runs, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from softhand.commands.app import app
+from softhand.commands.console import error_console, escape
+from softhand.errors import SofthandError
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Entry point: errors that a user can mend become one message and a nonzero exit code."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        app()
+    except SofthandError as error:
+        error_console().print(f"[bold red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+        sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
+    except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
+        if isinstance(end, SystemExit) and end.code != INTERRUPTED:
+            raise
+        error_console().print("interrupted", highlight=False)
+        sys.exit(INTERRUPTED)

@@ -1,0 +1,1 @@
+"""How good a grasp is, where it may be, and which others there are."""

@@ -1,0 +1,208 @@
+"""What contacts can do to an object: grasp map, force closure and its margin, the least squeeze.
+
+A wrench is a force and a moment about one point, the origin of the `Contacts`. Forces and moments are compared by one
+length L: a moment M counts as the force M / L. All that is said here is the same for an object twice as large, if L is.
+
+Sources: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation (1994), chapter 5; Ferrari, Canny,
+Planning Optimal Grasps, ICRA 1992; Howe, Cutkosky, Practical Force-Motion Models for Sliding Manipulation (1996), for
+the limit surface of a soft finger.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand.numerics.arrays import Array
+
+EDGES = 8
+"""Of the linearised friction cone; inscribed, so that the margin is on the safe side by up to 8 %."""
+
+_ROUNDING = 1e-9
+_MOST_CUTS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Soft fingers against an object; nc contacts.
+
+    Attributes:
+        points: from the point about which moments are taken, usually the centre of mass [m], shape (nc, 3).
+        normals: unit normals into the object, the direction of a pushing tip, shape (nc, 3).
+        friction: mu of each contact, shape (nc,).
+        torsion_length: tau_max / (mu f_z) of each contact [m], zero for a hard finger, shape (nc,).
+        length: L, by which moments are compared with forces [m].
+    """
+
+    points: Array
+    normals: Array
+    friction: Array
+    torsion_length: Array
+    length: float
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def without(self, index: int) -> Contacts:
+        """The same contacts but one."""
+        kept = [i for i in range(len(self)) if i != index]
+        return Contacts(
+            self.points[kept], self.normals[kept], self.friction[kept], self.torsion_length[kept], self.length
+        )
+
+
+def tangents(normal: Array) -> tuple[Array, Array]:
+    """Two unit vectors t_1, t_2 that make a right-handed frame (t_1, t_2, normal)."""
+    x, y, z = normal.tolist()
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        first = np.array([0.0, -z, y]) / math.hypot(y, z)
+    elif abs(y) <= abs(z):
+        first = np.array([z, 0.0, -x]) / math.hypot(x, z)
+    else:
+        first = np.array([-y, x, 0.0]) / math.hypot(x, y)
+    return first, np.cross(normal, first)
+
+
+def wrench(force: Array, point: Array, moment: Array | float = 0.0) -> Array:
+    """w = (f, p x f + m) of a force [N] and a moment [N m] on the object at a point [m], shape (6,)."""
+    return np.concatenate([force, np.cross(point, force) + moment])
+
+
+def grasp_map(contacts: Contacts, has_torsion: bool = True) -> Array:
+    """G: wrench on the object from the contact forces, [Murray] Eq. (5.6).
+
+    Args:
+        contacts: the contacts.
+        has_torsion: with the torsion about the normal of each soft finger.
+
+    Returns:
+        Columns f_1, f_2, f_n [N] and with torsion tau [N m] of each contact along (t_1, t_2, n), n into the object, as
+        wrenches on the object, [N] and [N m]; shape (6, 4 nc) or (6, 3 nc).
+    """
+    columns = []
+    for point, normal in zip(contacts.points, contacts.normals, strict=True):
+        columns += [wrench(axis, point) for axis in (*tangents(normal), normal)]
+        if has_torsion:
+            columns.append(wrench(np.zeros(3), point, normal))
+    return np.column_stack(columns)
+
+
+def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
+    """Singular values of G without dimension, largest first, shape (6,).
+
+    Lengths are counted in L: moments M / L, torsions tau / L. A value of zero means a wrench that no contact force of
+    any size answers.
+    """
+    G = grasp_map(contacts, has_torsion)
+    G[3:] /= contacts.length
+    if has_torsion:
+        G[:, 3::4] *= contacts.length
+    values = np.linalg.svd(G, compute_uv=False)
+    return np.concatenate([values, np.zeros(6 - len(values))])
+
+
+def primitive_wrenches(contacts: Contacts, edges: int = EDGES) -> Array:
+    """Corners of what one newton of normal force can do at each contact, moments over L.
+
+        f = n + mu (cos a t_1 + sin a t_2),  a = 2 pi k / edges,   and for a soft finger  f = n with tau = +-mu l
+
+    inscribed in the cone and in the limit surface (|f_t| / (mu f_n))^2 + (tau / (mu l f_n))^2 = 1, where
+    l = tau_max / (mu f_n).
+
+    Returns:
+        [N], shape (contacts, corners, 6) by contact, the corners of a hard finger filled up with its normal.
+    """
+    angles = 2.0 * np.pi * np.arange(edges) / edges
+    rows = []
+    for point, normal, mu, reach in zip(
+        contacts.points, contacts.normals, contacts.friction, contacts.torsion_length, strict=True
+    ):
+        t_1, t_2 = tangents(normal)
+        forces = [normal + mu * (np.cos(a) * t_1 + np.sin(a) * t_2) for a in angles]
+        turned = [wrench(normal, point, sign * mu * reach * normal) for sign in (1.0, -1.0)]
+        rows.append([*(wrench(force, point) for force in forces), *turned])
+    wrenches = np.array(rows)
+    wrenches[..., 3:] /= contacts.length
+    return wrenches
+
+
+def closure_margin(contacts: Contacts, edges: int = EDGES) -> float:
+    """Margin of force closure: radius of the largest ball about zero in the hull of what the contacts can do.
+
+    The quality of [Ferrari, Canny] for a total normal force of one newton (their L1): the hull of all corners of
+    `primitive_wrenches`. It is the size of the worst wrench that the grasp answers with one newton of normal force in
+    all; zero where some wrench cannot be answered at all, however hard the squeeze.
+
+    Args:
+        contacts: the contacts.
+        edges: of each friction cone.
+
+    Returns:
+        [N] a newton; moments count over L.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    corners = primitive_wrenches(contacts, edges).reshape(-1, 6)
+    if np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=_ROUNDING) < 6:
+        return 0.0  # a flat hull holds no ball
+    try:
+        hull = ConvexHull(corners)
+    except QhullError:  # flat but for rounding
+        return 0.0
+    return max(0.0, float(np.min(-hull.equations[:, -1])))
+
+
+def is_force_closure(contacts: Contacts, edges: int = EDGES) -> bool:
+    """Whether any wrench can be answered: zero lies inside the hull of `primitive_wrenches`."""
+    return closure_margin(contacts, edges) > _ROUNDING
+
+
+def least_squeeze(
+    carried: Array, internal: Array, normals: Array, friction: Array, use: float = 1.0, least_normal: float = 0.0
+) -> Array | None:
+    """The smallest internal forces with which all contacts stay in their friction cones.
+
+        min sum |f_N|,   f = carried + internal f_N,   |f_t| <= use mu f_n,   f_n >= least_normal
+
+    A linear program in which a violated cone is cut off by its tangent plane, d . f_t <= use mu f_n for
+    d = f_t / |f_t|, until none is: the cones are round.
+
+    Args:
+        carried: forces on the object without squeeze [N], shape (nc, 3).
+        internal: forces of one newton of each internal force, shape (nc, 3, pairs).
+        normals: into the object, shape (nc, 3).
+        friction: mu, shape (nc,).
+        use: share of the friction that may be used.
+        least_normal: [N].
+
+    Returns:
+        f_N [N], shape (pairs,), below 0 where two contacts are spread; None if no squeeze holds.
+    """
+    from scipy.optimize import linprog
+
+    pairs = internal.shape[2]
+    internal = np.concatenate([internal, -internal], axis=2)  # f_N = squeeze - spread, both >= 0
+    normal_carried = np.einsum("ir,ir->i", normals, carried)
+    normal_internal = np.einsum("ir,irk->ik", normals, internal)
+    rows, bounds = [-normal_internal], [normal_carried - least_normal]
+    mu = use * np.asarray(friction)
+    directions = [(i, sign * t) for i, n in enumerate(normals) for t in tangents(n) for sign in (1.0, -1.0)]
+    for _ in range(_MOST_CUTS):
+        for i, d in directions:
+            rows.append((d @ internal[i] - mu[i] * normal_internal[i])[None])
+            bounds.append(np.array([mu[i] * normal_carried[i] - d @ carried[i]]))
+        found = linprog(np.ones(2 * pairs), np.vstack(rows), np.concatenate(bounds), bounds=(0.0, None), method="highs")
+        if found.x is None:
+            return None
+        both = np.maximum(found.x, 0.0)
+        force = carried + internal @ both
+        pressing = np.einsum("ir,ir->i", normals, force)
+        tangential = force - pressing[:, None] * normals
+        size = np.linalg.norm(tangential, axis=1)
+        beyond = np.flatnonzero(size > mu * pressing + 1e-7 * (1.0 + size))
+        if not beyond.size:
+            return both[:pairs] - both[pairs:]
+        directions = [(int(i), tangential[i] / size[i]) for i in beyond]
+    return None

@@ -1,0 +1,70 @@
+"""All checks of a URDF in their order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from softhand.errors import ModelError
+from softhand.model.urdf.bodies import check_bodies
+from softhand.model.urdf.document import read_document
+from softhand.model.urdf.findings import Findings
+from softhand.model.urdf.grammar import check_grammar
+from softhand.model.urdf.joints import check_angles, check_joints, check_types
+from softhand.model.urdf.shapes import check_shapes
+from softhand.model.urdf.tree import Tree, read_tree
+
+
+@dataclass(frozen=True)
+class Examination:
+    """What was found in a URDF.
+
+    Attributes:
+        findings: errors and warnings.
+        tree: links and joints; None if they are none.
+        is_object: whether its root moves freely.
+    """
+
+    findings: Findings
+    tree: Tree | None
+    is_object: bool
+
+
+def examine(text: str, file: Path, is_object: bool | None = None, folder: Path | None = None) -> Examination:
+    """Check a URDF from its text alone.
+
+    Args:
+        text: the URDF.
+        file: where it comes from, for messages.
+        is_object: one rigid body that moves freely, or a hand fixed at its root; None to tell it by its joints.
+        folder: where its meshes lie; they are not looked for if None.
+
+    Raises:
+        ModelError: it is no XML or no URDF. All else is among the findings.
+    """
+    root = read_document(text, file)
+    if root.tag != "robot":
+        message = f"{file}, line {root.line}: the root element is <{root.tag}>; a URDF starts with <robot>."
+        raise ModelError(message, file=str(file), line=root.line, element=root.place, value=root.tag)
+    findings = Findings(file)
+    check_grammar(root, findings)
+    check_types(root, findings)
+    check_angles(root, findings)
+    check_shapes(root, folder, findings)
+    tree = read_tree(root, findings)
+    if is_object is None:
+        is_object = tree is not None and not any(joint.is_moving for joint in tree.joints)
+    if tree is not None:
+        check_joints(tree, findings)
+        check_bodies(tree, is_object, findings)
+        if is_object:
+            _check_rigid(tree, findings)
+    return Examination(findings, tree, is_object)
+
+
+def _check_rigid(tree: Tree, findings: Findings) -> None:
+    moving = next((joint for joint in tree.joints if joint.is_moving), None)
+    if moving is not None:
+        findings.error(
+            moving.element, f'type="{moving.kind}": an object is one rigid body; make its joints fixed.', moving.kind
+        )

@@ -1,0 +1,1 @@
+"""Compiling, linear algebra, roots, rotations: what knows nothing of hands."""

@@ -1,0 +1,1 @@
+"""Hand, object and contacts as one system of differential equations."""

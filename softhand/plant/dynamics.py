@@ -1,0 +1,50 @@
+"""Kernels of the equations of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softhand.numerics.compiled import compiled
+from softhand.numerics.linear import factor, solve
+
+
+@compiled
+def generalized_force(columns, contacts, jacobian, nle, torque, out):
+    """out = (torque, 0) - nle - J^T C_F, shape (nv,)."""
+    for k in range(out.shape[0]):
+        out[k] = -nle[k]
+    for k in range(torque.shape[0]):
+        out[k] += torque[k]
+    for i in range(contacts.shape[0]):
+        if not contacts[i].is_idle:
+            add_contact_force(columns[i], jacobian[i], contacts[i].force, out)
+
+
+@compiled
+def add_contact_force(columns, jacobian, force, out):
+    """out -= J^T force of one contact: force [N] and torsion [N m] on the object in C_F, shape (4,)."""
+    x, y, z, w = force[0], force[1], force[2], force[3]
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        row = jacobian[a]
+        out[columns[a]] -= row[0] * x + row[1] * y + row[2] * z + row[3] * w
+
+
+@compiled
+def copy_mass(M, envelope, mass):
+    """Lower triangle of the symmetric `mass` inside its envelope from the upper triangle that Pinocchio fills."""
+    for i in range(M.shape[0]):
+        for j in range(envelope[i], i + 1):
+            mass[i, j] = M[j, i]
+
+
+@compiled
+def accelerate(columns, envelope, contacts, jacobian, M, nle, torque, mass, out):
+    """out = M^-1 ((torque, 0) - nle - J^T C_F); `mass` is scratch, shape (nv, nv)."""
+    generalized_force(columns, contacts, jacobian, nle, torque, out)
+    copy_mass(M, envelope, mass)
+    if factor(mass, envelope) >= 0:
+        out[:] = np.nan
+    else:
+        solve(mass, envelope, out)

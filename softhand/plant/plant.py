@@ -1,0 +1,145 @@
+"""Hand, object and soft contacts as one system of ordinary differential equations, [Nakashima] Eqs. (46)-(48)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.contact.friction import note_slip
+from softhand.contact.layer import evaluate_contacts
+from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
+from softhand.contact.records import CONTACT
+from softhand.laws.law import compile_law
+from softhand.model.snapshot import Snapshot
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+from softhand.plant.dynamics import accelerate
+from softhand.plant.state import State, is_at, set_at
+
+
+class Plant:
+    """Forces and accelerations at one state.
+
+    All arrays are live: `update` overwrites them.
+
+    Attributes:
+        world: the rigid bodies.
+        snapshot: their terms at the last state.
+        fingertips: material of each tip.
+        supports: what else may touch; nc counts both.
+        materials: fingertips and supports, one a contact.
+        pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
+        contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
+        columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
+        joints: what `configuration.integrate` needs, shape (joints, 3).
+        envelope: first column of each row of the mass matrix and of M + J^T K J (lower triangle), shape (nv,).
+        at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
+            NaN if unknown, shape (nq + nv + nc n_memory,).
+        n_memory: numbers of each contact in z of a `State`.
+        can_slip: whether friction has a limit at any contact.
+    """
+
+    def __init__(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support] = ()) -> None:
+        self.world = world
+        self.snapshot = Snapshot(world)
+        self.joints = world.joints
+        self.fingertips, self.supports = tuple(fingertips), tuple(supports)
+        every: tuple[Contact, ...] = (*self.fingertips, *self.supports)
+        self.materials = every
+        self._code = {law: compile_law(law) for law in {contact.law for contact in every}}
+        self.n_memory = memory_size(every)
+        self.pads = build_pads(world, fingertips, supports, self._code)
+        self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
+        self.can_slip = any(contact.can_slip for contact in every)
+        self.contacts = np.zeros(len(every), CONTACT)
+        self.contact_columns = np.zeros((*self.columns.shape, 4))
+        self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
+        self._mass = np.zeros((world.model.nv, world.model.nv))
+
+    @property
+    def tip_contacts(self) -> NDArray[np.void]:
+        """The contacts of the fingertips: a view of the first rows, shape (n_tips,)."""
+        return self.contacts[: self.world.n_tips]
+
+    @property
+    def support_contacts(self) -> NDArray[np.void]:
+        """Those of the supports: a view of the rows behind."""
+        return self.contacts[self.world.n_tips :]
+
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of the tips, then of the supports."""
+        return (*(tip.name for tip in self.world.tips), *(support.name for support in self.supports))
+
+    def with_supports(self, state: State) -> State:
+        """A state whose z has rows for the fingertips alone, with rows for all: supports that store nothing."""
+        z = np.zeros((len(self.contacts), self.n_memory))
+        rows, columns = state.z.shape
+        z[:rows, :columns] = state.z
+        return State(state.q, state.v, z)
+
+    def update(self, q: Array, v: Array, z: Array) -> None:
+        """Rigid-body terms, contacts and forces at one state."""
+        self.at[0] = np.nan
+        self.snapshot.update(q, v)
+        self.touch(v, z)
+
+    def note_slip(self, z: Array) -> None:
+        """Make the slip of the last evaluation final, in z and in the totals of the contacts."""
+        note_slip(self.pads, self.contacts, z)
+
+    def settle(self, state: State) -> None:
+        """Make the slip at a state final, for steppers whose forces obey the limit while z runs on within a step.
+
+        To be called before and after a step; a state that was left settled stays as it is.
+        """
+        if self.can_slip and not is_at(state.q, state.v, state.z, self.at):
+            self.update(state.q, state.v, state.z)
+            self.note_slip(state.z)
+            set_at(state.q, state.v, state.z, self.at)
+
+    def touch(self, v: Array, z: Array, lead: float = 0.0, with_stiffness: bool = False) -> None:
+        """Contacts and forces at the configuration of the snapshot; see `evaluate_contacts`."""
+        snapshot = self.snapshot
+        evaluate_contacts(
+            self.pads,
+            self.columns,
+            snapshot.poses,
+            snapshot.J,
+            v,
+            z,
+            lead,
+            with_stiffness,
+            self.contacts,
+            self.contact_columns,
+        )
+
+    @property
+    def jacobian(self) -> Array:
+        """Rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv). A copy."""
+        jacobian = np.zeros((len(self.contacts), 4, self.world.model.nv))
+        for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
+            rows[:, columns[columns >= 0]] = values[columns >= 0].T
+        return jacobian
+
+    def acceleration(self, torque: Array, out: Array) -> Array:
+        """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).
+
+        M dv/dt = (torque, 0) - (C v + N) - J^T C_F                                                    (46), (47)
+        """
+        snapshot = self.snapshot
+        accelerate(
+            self.columns,
+            self.envelope,
+            self.contacts,
+            self.contact_columns,
+            snapshot.M,
+            snapshot.nle,
+            torque,
+            self._mass,
+            out,
+        )
+        return out

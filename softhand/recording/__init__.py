@@ -1,0 +1,1 @@
+"""A run as named arrays with units, on disk and off."""

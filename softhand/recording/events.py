@@ -1,0 +1,217 @@
+"""What happened in a run, and when: phases, touch, lift-off, slip, edges, apex, limits of torques and joints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.recording.recording import Recording
+
+_GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
+_TOGETHER = 0.005  # [s] within which corners that meet the table, or leave it, are one event
+_CORNER = "table corner "
+_OTHER_FACE = 0.7  # cosine between the normals of two samples below which another face is touched
+_APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
+_AT_APEX = 1e-4  # [rad] a tip that rests on its apex does not pass it; Theta is noise there
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event.
+
+    Attributes:
+        time: of the first sample that shows it [s].
+        kind: one of `KINDS`.
+        finger: name of the tip or of the support, for a limit of torque or joint that of the joint; "" for the whole
+            run.
+        text: the reason in figures.
+    """
+
+    time: float
+    kind: str
+    finger: str
+    text: str
+
+
+KINDS = (
+    "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex", "torque limit",
+    "joint limit", "stopped",
+)  # fmt: skip
+"""`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
+presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold."""
+
+
+def find_events(recording: Recording) -> list[Event]:
+    """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
+    finders = _phases, _touches, _support_touches, _slips, _edges, _apexes, _torque_limits, _joint_limits
+    found = [event for finder in finders for event in finder(recording)]
+    if not recording.complete:
+        found.append(Event(recording.stop_time, "stopped", "", recording.reason))
+    return sorted(found, key=lambda event: event.time)
+
+
+def events_as_text(events: list[Event]) -> str:
+    """JSON, as the attribute `events` of a recording has it."""
+    return json.dumps([asdict(event) for event in events])
+
+
+def phases_as_text(phases: Sequence[tuple[str, float]]) -> str:
+    """JSON, as the attribute `phases` of a recording has it: name and begin of each [s]."""
+    return json.dumps(phases)
+
+
+def phases_of(recording: Recording) -> list[tuple[str, float, float]]:
+    """Name, begin and end [s] of the phases of a run, as far as it went."""
+    begun = [
+        phase for phase in json.loads(str(recording.attributes.get("phases", "[]"))) if phase[1] <= recording.stop_time
+    ]
+    ends = [time for _, time in begun[1:]] + [recording.stop_time]
+    return [(name, begin, end) for (name, begin), end in zip(begun, ends, strict=False)]
+
+
+def _phases(recording: Recording) -> Iterator[Event]:
+    for name, begin, _ in phases_of(recording):
+        yield Event(begin, "phase", "", name)
+
+
+def _touches(recording: Recording) -> Iterator[Event]:
+    """Touch and lift-off; a tip that presses from the start does not touch."""
+    if "contact_force" not in recording.variables:
+        return
+    yield from _pressing_ends(recording, recording.labels["contact"], recording.contact_force[:, :, 2])
+
+
+def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np.float64]) -> Iterator[Event]:
+    """Where each column of normal forces [N] begins and ends to be positive."""
+    pressing = force > 0.0
+    for i, name in enumerate(names):
+        for k in np.flatnonzero(np.diff(pressing[:, i])) + 1:
+            if pressing[k, i]:
+                yield Event(_time(recording, k), "touch", name, f"f_z = {force[k, i]:.3g} N")
+            else:
+                yield Event(_time(recording, k), "lift-off", name, f"f_z was {force[k - 1, i]:.3g} N the sample before")
+
+
+def _support_touches(recording: Recording) -> Iterator[Event]:
+    """The same of the supports; corners that meet the table together, or leave it, are one event of the table."""
+    if "support_force" not in recording.variables:
+        return
+    corners: dict[str, list[Event]] = {"touch": [], "lift-off": []}
+    names = recording.labels["support"]
+    for event in _pressing_ends(recording, names, recording.support_force[:, :, 2]):
+        if event.finger.startswith(_CORNER):
+            corners[event.kind].append(event)
+        else:
+            yield event
+    for events in corners.values():
+        events.sort(key=lambda event: event.time)
+        while events:
+            first = events[0]
+            together = [event for event in events if event.time <= first.time + _TOGETHER]
+            del events[: len(together)]
+            count = len({event.finger for event in together})
+            yield first if count == 1 else Event(first.time, first.kind, "table", f"{count} corners")
+
+
+def _slips(recording: Recording) -> Iterator[Event]:
+    if "is_slipping" not in recording.variables:
+        return
+    for i, finger in enumerate(recording.labels["contact"]):
+        for first, last in _spans(recording.is_slipping[:, i] != 0, recording.time):
+            force, share = recording.contact_force[first, i], recording.friction_use[first, i]
+            use = recording.limit_surface_use[first, i]  # below 1 where the step that slipped ended within the limit
+            kind = "torsional slip" if share * share < 0.5 * use * use else "slip"  # use^2 is the sum of both squares
+            figures = f"f_t = {np.hypot(*force[:2]):.3g} N, f_z = {force[2]:.3g} N, tau = {1e3 * force[3]:.3g} N mm"
+            yield Event(_time(recording, first), kind, finger, figures)
+            if last + 1 < len(recording):
+                travel, twist, loss = (
+                    recording[name][last, i] - recording[name][max(first - 1, 0), i]
+                    for name in ("slip_travel", "slip_twist", "slip_loss")
+                )
+                figures = f"{1e3 * travel:.3g} mm, {np.degrees(twist):.3g} deg, {1e3 * loss:.3g} mJ"
+                yield Event(_time(recording, last + 1), "slip ends", finger, figures)
+
+
+def _edges(recording: Recording) -> Iterator[Event]:
+    """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
+    if not {"contact_feature", "contact_rotation", "object_rpy"} <= recording.variables.keys():
+        return
+    pressing = recording.deformation[:, :, 0] > 0.0
+    for i, finger in enumerate(recording.labels["contact"]):
+        feature = np.where(pressing[:, i], recording.contact_feature[:, i], 0)
+        normal = recording.contact_rotation[:, i, :, 2]
+        turned = np.sum(normal[1:] * normal[:-1], axis=1) < _OTHER_FACE
+        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1)) + 1
+        for first, last in [*_spans(feature > 1, recording.time), *((int(k), int(k) - 1) for k in jumps)]:
+            before, after = max(first - 1, 0), min(last + 1, len(recording) - 1)
+            cosine = np.clip(_normal(recording, before, i) @ _normal(recording, after, i), -1.0, 1.0)
+            kind = "vertex" if np.any(feature[first : last + 1] == 3) else "edge"
+            end = {0: "in the air", 1: "on a face"}.get(int(feature[after]), "still there")
+            duration = 1e3 * (recording.time[after] - recording.time[before])
+            figures = (
+                f"f_z = {recording.contact_force[first, i, 2]:.3g} N, the normal turns by "
+                f"{np.degrees(np.arccos(cosine)):.3g} deg in {duration:.3g} ms, then {end}"
+            )
+            yield Event(_time(recording, first), kind, finger, figures)
+
+
+def _normal(recording: Recording, sample: int, contact: int) -> NDArray[np.float64]:
+    """Inward normal of the object at a contact, in the object frame, shape (3,)."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(recording.object_rpy[sample]), np.cos(recording.object_rpy[sample])
+    axes = np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])  # fmt: skip
+    normal: NDArray[np.float64] = axes.T @ recording.contact_rotation[sample, contact, :, 2]
+    return normal
+
+
+def _apexes(recording: Recording) -> Iterator[Event]:
+    """Theta jumps where the contact rolls over the apex of the tip."""
+    if "contact_angles" not in recording.variables:
+        return
+    turn = np.abs(np.diff(recording.contact_angles[:, :, 0], axis=0))
+    off = np.abs(0.5 * np.pi - recording.contact_angles[:, :, 1])
+    passed = (np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN) & (np.maximum(off[1:], off[:-1]) > _AT_APEX)
+    for k, i in np.argwhere(passed & (recording.deformation[1:, :, 0] > 0.0)):
+        Phi = np.degrees(recording.contact_angles[k : k + 2, i, 1].max())
+        yield Event(_time(recording, k + 1), "apex", recording.labels["contact"][i], f"Phi = {Phi:.3g} deg")
+
+
+def _torque_limits(recording: Recording) -> Iterator[Event]:
+    if "torque_limited" not in recording.variables:
+        return
+    for i, joint in enumerate(recording.labels["joint"]):
+        for first, last in _spans(recording.torque_limited[:, i] != 0, recording.time):
+            samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
+            figures = f"{recording.joint_torque[first, i]:.3g} N m, {samples} sample{'s' if samples > 1 else ''}"
+            yield Event(_time(recording, first), "torque limit", joint, figures)
+
+
+def _joint_limits(recording: Recording) -> Iterator[Event]:
+    if "joint_limited" not in recording.variables:
+        return
+    for i, joint in enumerate(recording.labels["joint"]):
+        for side, name in ((1, "upper"), (-1, "lower")):
+            for first, last in _spans(recording.joint_limited[:, i] == side, recording.time):
+                angle = recording.joint_position[first : last + 1, i]
+                figures = f"at {angle[0]:.4g} beyond the {name} limit, at most {side * np.max(side * angle):.4g}"
+                yield Event(_time(recording, first), "joint limit", joint, figures)
+
+
+def _time(recording: Recording, sample: int | np.signedinteger) -> float:
+    return float(recording.time[sample])
+
+
+def _spans(holds: NDArray[np.bool_], time: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """First and last sample of each stretch where something holds, short gaps bridged."""
+    samples = np.flatnonzero(holds)
+    if not samples.size:
+        return []
+    parts = np.flatnonzero(np.diff(time[samples]) > _GAP) + 1
+    return [(int(part[0]), int(part[-1])) for part in np.split(samples, parts)]

@@ -1,0 +1,1 @@
+"""What the controller is asked for, against time."""

@@ -1,0 +1,1 @@
+"""One run as checked data, and the files that it is in."""

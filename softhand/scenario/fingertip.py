@@ -1,0 +1,94 @@
+"""The section of the fingertips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import field_validator, model_validator
+
+from softhand.settings.settings import OpenSettings, Positive, read_settings
+
+
+class DampingSection(OpenSettings):
+    """The damping of the tips by name, and its own parameters.
+
+    Attributes:
+        name: of the damping.
+    """
+
+    name: str
+
+
+class TipSection(OpenSettings):
+    """What is different at one fingertip, and parameters of its law.
+
+    Attributes:
+        law: name of the law; another one than that of all tips begins from its own defaults.
+        friction: as in `fingertip` [1].
+        static_friction: as in `fingertip` [1].
+        torsion_length: as in `fingertip` [m].
+        damping: as in `fingertip`; the whole table.
+    """
+
+    law: str | None = None
+    friction: Positive | None = None
+    static_friction: Positive | None = None
+    torsion_length: Positive | None = None
+    damping: DampingSection | None = None
+
+
+class FingertipSection(OpenSettings):
+    """The fingertip law by name, and its own parameters.
+
+    Attributes:
+        law: name of the law.
+        friction: coefficient mu [1]; with `coulomb` that of a tip which slips.
+        contact: `rolling`, the paper's, where a tip never slips, or `coulomb`.
+        static_friction: coefficient at which slip begins [1]; that of `friction` if not given.
+        torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
+        tips_touch: whether tips meet each other; otherwise they pass through each other.
+        damping: of the tips, if any.
+        tips: tables by the name of a fingertip, whose keys hold there in place of these.
+    """
+
+    law: str
+    friction: Positive
+    contact: Literal["rolling", "coulomb"] = "rolling"
+    static_friction: Positive | None = None
+    torsion_length: Positive | None = None
+    tips_touch: bool = False
+    damping: DampingSection | None = None
+    tips: dict[str, TipSection] | None = None
+
+    @field_validator("tips", mode="before")
+    @classmethod
+    def _each_tip_is_a_table(cls, tips: Any) -> Any:
+        if not isinstance(tips, Mapping):
+            return tips
+        return {name: read_settings(TipSection, table, f"fingertip.tips.{name}") for name, table in tips.items()}
+
+    def own(self) -> dict[str, Any]:
+        """All keys but those of the law."""
+        return self.model_dump(include=set(type(self).model_fields), exclude_none=True)
+
+    def at(self, tip: str) -> FingertipSection:
+        """What holds at one fingertip, without `tips`.
+
+        Raises:
+            ScenarioError: the keys of the tip and those of all tips do not agree.
+        """
+        table = self.model_dump(exclude={"tips"}, exclude_none=True)
+        own = self.tips[tip].model_dump(exclude_none=True) if self.tips and tip in self.tips else {}
+        if own.get("law", self.law) != self.law:
+            table = {key: value for key, value in table.items() if key in type(self).model_fields or key == "radius"}
+        return read_settings(FingertipSection, {**table, **own}, f"fingertip.tips.{tip}" if own else "fingertip")
+
+    @model_validator(mode="after")
+    def _friction_falls_with_slip(self) -> FingertipSection:
+        if self.static_friction is not None and self.static_friction < self.friction:
+            raise ValueError(
+                f"static_friction {self.static_friction:g} is below friction {self.friction:g}, that of a tip which "
+                "slips; raise it or leave it out."
+            )
+        return self

@@ -1,0 +1,1 @@
+"""What a controller sees, brought up to date."""

@@ -1,0 +1,1 @@
+"""Checked settings, and plain words for what is wrong with one."""

@@ -1,0 +1,1 @@
+"""The loop: observe, control, record, step."""

@@ -1,0 +1,1 @@
+"""The closed loop about a state: linear, and by the paper's proof."""

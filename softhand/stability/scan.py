@@ -1,0 +1,113 @@
+"""Growth rates over the stiffness of the tips and the gain K_O."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand.assembly.parts import read_laws
+from softhand.assembly.plant import read_world
+from softhand.errors import GraspError, LawError
+from softhand.laws.law import Law
+from softhand.numerics.arrays import Array
+from softhand.scenario.scenario import Scenario
+from softhand.stability.loop import linearise
+from softhand.stability.regulation import read_gains
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Growth rates over the stiffness of the tips and the gain K_O.
+
+    Attributes:
+        stiffness: factors on the coefficients of the law, shape (s,).
+        gain: factors on K_O, shape (g,).
+        growth: rate of the fastest growing motion [1/s], NaN without a grasp, shape (g, s).
+        held_growth: the same with the torque held for the control period, shape (g, s).
+        use: largest eigenvalue of K_c^-1 K_O at the gain factor 1, shape (s,).
+    """
+
+    stiffness: Array
+    gain: Array
+    growth: Array
+    held_growth: Array
+    use: Array
+
+    def largest_gain(self, column: int) -> float:
+        """Factor on K_O at which a controller without sampling loses the object; NaN if not within the scan."""
+        growth = self.growth[:, column]
+        lost = np.flatnonzero(growth > 0.0)
+        if not lost.size or lost[0] == 0:
+            return float("nan")
+        k = lost[0]
+        share = -growth[k - 1] / (growth[k] - growth[k - 1])
+        return float(self.gain[k - 1] * (self.gain[k] / self.gain[k - 1]) ** share)
+
+
+def scan(
+    scenario: Scenario,
+    stiffness: Sequence[float],
+    gain: Sequence[float],
+    progress: Callable[[float], None] | None = None,
+) -> Scan:
+    """Where regulation is lost: K_O against the stiffness of the contacts.
+
+    Args:
+        scenario: whose start is held; controller `regulation`.
+        stiffness: factors on the coefficients of the law.
+        gain: factors on K_O.
+        progress: called with the number of stiffnesses done.
+
+    Raises:
+        LawError: the law has no coefficients that scale its force.
+        RecordingError: another controller.
+    """
+    laws = [(law, _scaling_fields(law)) for law in read_laws(scenario)]
+    K_O = scenario_gains(scenario)
+    held, continuous = np.full((len(gain), len(stiffness)), np.nan), np.full((len(gain), len(stiffness)), np.nan)
+    use = np.full(len(stiffness), np.nan)
+    for s, factor in enumerate(stiffness):
+        scaled = [law.model_copy(update={name: factor * getattr(law, name) for name in names}) for law, names in laws]
+        try:
+            loop = linearise(scenario, scaled)
+        except GraspError:  # so soft that the tips are pressed flat
+            continue
+        use[s] = loop.use
+        every = [share * K_O for share in gain]
+        continuous[:, s] = [loop.growth(gains) for gains in every]
+        held[:, s] = loop.held_growth(every, scenario.control_period)
+        if progress is not None:
+            progress(s + 1.0)
+    return Scan(np.asarray(stiffness, dtype=float), np.asarray(gain, dtype=float), continuous, held, use)
+
+
+def scenario_gains(scenario: Scenario) -> Array:
+    """Diagonal of K_O of a scenario with the controller `regulation`, shape (6,)."""
+    return read_gains(scenario, read_world(scenario).n_joints, len(scenario.grasp.internal_force)).K_O
+
+
+def _scaling_fields(law: Law) -> list[str]:
+    """Fields that scale the force of a law together: twice their values, twice the force."""
+    rng = np.random.default_rng(0)
+    probes = [((*rng.uniform(0.05, 0.4, 1) * law.radius, *rng.uniform(-0.3, 0.3, 3)), phi) for phi in (0.7, 1.1, 1.5)]
+
+    def forces(names: Sequence[str], factor: float) -> Array:
+        changed = law.model_copy(update={name: factor * getattr(law, name) for name in names})
+        return np.array([changed(np.array(deformation), phi) for deformation, phi in probes])
+
+    names = [name for name, value in dict(law).items() if name != "radius" and type(value) is float]
+    base = forces([], 1.0)
+    straight = [
+        name for name in names
+        if np.allclose(forces([name], 3.0) - base, 2.0 * (forces([name], 2.0) - base), rtol=1e-9, atol=0.0)
+        and not np.array_equal(forces([name], 2.0), base)
+    ]  # fmt: skip
+    if not straight or not np.allclose(forces(straight, 2.0), 2.0 * base, rtol=1e-9, atol=0.0):
+        raise LawError(
+            f"law '{type(law).__name__}' cannot be made stiffer as a whole: its force is not in proportion to its "
+            "coefficients.",
+            law=type(law).__name__,
+        )
+    return straight

@@ -1,0 +1,1 @@
+"""The state at rest that a run begins with."""

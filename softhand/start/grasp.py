@@ -1,0 +1,168 @@
+"""The grasp at rest from which a run starts: contact forces, deformations and joint angles in equilibrium."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from softhand.contact.pads import Fingertip, memory_size
+from softhand.errors import GraspError
+from softhand.model.arm import Arm
+from softhand.model.shapes.face import Face
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+from softhand.plant.state import State
+from softhand.start.press import APEX, RIM, deform_tip
+from softhand.start.reach import initial_joints, millimetres, reach_point
+from softhand.start.statics import check_friction, check_torques, contact_forces
+
+ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
+_WISHES = 4  # turns of the start solver in which a redundant finger seeks the guess
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A grasp at rest.
+
+    Attributes:
+        state: joints, object and deformation memory.
+        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates,
+            shape (nc, 4).
+        force: f_x, f_y, f_z [N] and tau [N m] on the object in C_F, shape (nc, 4).
+        angles: Theta, Phi [rad], shape (nc, 2).
+        friction_use: |f_t| / (mu f_z), shape (nc,).
+    """
+
+    state: State
+    deformation: Array
+    force: Array
+    angles: Array
+    friction_use: Array
+
+
+def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
+    """The face of the object that each contact point lies on, or the tangent plane of a curved surface there.
+
+    Args:
+        world: hand and object.
+        contact_points: in the object frame [m], one a tip.
+
+    Raises:
+        GraspError: a point does not lie on the surface.
+    """
+    found = []
+    for tip, point in zip(world.tips, contact_points, strict=True):
+        foot, _ = world.shape.nearest(point)
+        gap = float(np.linalg.norm(foot - np.asarray(point, dtype=float)))
+        if gap > ON_SURFACE:
+            raise GraspError(
+                f"{tip.name}: the contact point {millimetres(point)} mm of the object frame is {1e3 * gap:.3g} mm off "
+                f"the surface; the nearest point of it is {millimetres(foot)} mm. Give a point of the surface in "
+                "grasp.contact_points.",
+                finger=tip.name, quantity="contact point", value=gap,
+            )  # fmt: skip
+        found.append(world.shape.face_at(point))
+    return found
+
+
+def solve_grasp(
+    world: World,
+    fingertips: Sequence[Fingertip],
+    contact_points: Sequence[ArrayLike],
+    internal_force: ArrayLike,
+    position: ArrayLike,
+    rotation: Array,
+    joint_guess: ArrayLike | None = None,
+) -> Grasp:
+    """Joint angles and deformations in equilibrium with gravity, without stored torsion.
+
+    The contact forces are f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0. Each tip then solves for the deformation
+    that the law answers with that force, and for the joint angles that put it there.
+
+    Args:
+        world: hand and object.
+        fingertips: law, friction and face of each tip.
+        contact_points: in the object frame [m], one a tip.
+        internal_force: f_N [N], one a pair of contacts, in the order of `contact_pairs`.
+        position: of the object frame in the world [m].
+        rotation: axes of the object frame in the world, shape (3, 3).
+        joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
+            Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
+            it can, each joint measured by its range.
+
+    Raises:
+        GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
+            torque beyond its limit, or a weight that the contacts cannot carry. Names the finger and the figure.
+    """
+    position = np.asarray(position, dtype=float)
+    points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
+    forces = contact_forces(world, points, position, rotation, internal_force)
+    normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
+    for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
+        check_friction(
+            tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
+        )
+    angles = initial_joints(world, joint_guess)
+    arm = Arm(world)
+    nc = world.n_tips
+    deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
+    law_force = np.zeros((nc, 4))
+    for i in range(nc):
+        frame = rotation @ np.column_stack([fingertips[i].face.tangent, -fingertips[i].face.normal])
+        deformation[i], contact_angles[i], contact_force[i], law_force[i] = _settle(
+            arm, i, fingertips[i], points[i], frame, forces[i], angles
+        )
+    arm.move(angles)
+    check_torques(arm, forces, points)
+    q = arm.q.copy()
+    q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
+    friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
+    use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
+    memory = np.zeros((nc, memory_size(fingertips)))
+    memory[:, :3] = deformation[:, 1:]
+    relaxations = (memory.shape[1] - 3) // 4
+    memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
+    state = State(q, np.zeros(world.model.nv), memory)
+    return Grasp(state, deformation, contact_force, contact_angles, use)
+
+
+def _settle(
+    arm: Arm, index: int, fingertip: Fingertip, point: Array, frame: Array, force: Array, angles: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Deformation, (Theta, Phi), contact force and force of the law of one finger; sets its joints in `angles`.
+
+    `frame` has as columns the tangent and the inward normal of the face in the world.
+    """
+    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
+    is_surface = law.coordinates == "surface"
+    tangent, z_C = frame.T
+    deformation = np.zeros(4)
+    for attempt in range(50):
+        # after a few of them the depth is all but found, and the finger only follows it to the last digit
+        wish = guess if attempt < _WISHES else None
+        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
+        _, axes = arm.tip(index)
+        u = axes.T @ z_C
+        Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
+        if not RIM < Phi < (math.inf if is_surface else APEX):
+            place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
+            raise GraspError(
+                f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
+                f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
+                "Move the object or the contact point.",
+                finger=name, quantity="Phi", value=Phi,
+            )  # fmt: skip
+        x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
+        y_C = np.cross(z_C, x_C)
+        bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
+        wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
+        previous = deformation
+        deformation = deform_tip(name, law, Phi, bearing, wanted / fingertip.damping.relaxed())
+        if np.max(np.abs(deformation - previous)) < 1e-14:
+            break
+    return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)

@@ -1,0 +1,86 @@
+"""Forces and torques of a grasp at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from softhand.contact.pairs import contact_pairs
+from softhand.errors import GraspError
+from softhand.model.arm import Arm
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+
+
+def contact_forces(
+    world: World, points: Sequence[Array], position: Array, rotation: Array, internal_force: ArrayLike
+) -> Array:
+    """Forces on the object at the contacts, f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0.
+
+    Args:
+        world: hand and object.
+        points: of the contacts in the world [m], one a tip.
+        position: of the object frame in the world [m].
+        rotation: axes of the object frame in the world, shape (3, 3).
+        internal_force: f_N [N], one a pair of contacts, in the order of `contact_pairs`.
+
+    Returns:
+        In the world [N], shape (nc, 3).
+
+    Raises:
+        GraspError: point contacts there cannot carry the weight.
+    """
+    nc = len(points)
+    inertia = world.model.inertias[world.object_joint]
+    weight = -inertia.mass * world.model.gravity.linear
+    load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
+    grasp_map = np.hstack([np.vstack([np.eye(3), pin.skew(point - position)]) for point in points])
+    carried = np.linalg.pinv(grasp_map, rcond=1e-9) @ load
+    residual = grasp_map @ carried - load
+    if np.linalg.norm(residual) > 1e-9 * (1.0 + np.linalg.norm(load)):
+        raise GraspError(
+            f"the contacts cannot carry the object: {np.linalg.norm(residual[:3]):.3g} N and "
+            f"{np.linalg.norm(residual[3:]):.3g} N m remain; move the contact points or add a finger.",
+            finger="", quantity="residual load", value=residual,
+        )  # fmt: skip
+    forces = carried.reshape(nc, 3).copy()
+    for (i, j), magnitude in zip(contact_pairs(nc), np.asarray(internal_force, dtype=float), strict=True):
+        direction = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
+        forces[i] += magnitude * direction
+        forces[j] -= magnitude * direction
+    return forces
+
+
+def check_friction(name: str, friction: float, pressing: float, force: Array, normal: Array) -> None:
+    """GraspError unless a tip presses, and within its friction cone."""
+    if pressing <= 0.0:
+        raise GraspError(
+            f"{name}: the contact would have to pull the object with {-pressing:.3g} N; a fingertip only pushes. "
+            "Raise grasp.internal_force or move the contact points.",
+            finger=name, quantity="normal force", value=pressing,
+        )  # fmt: skip
+    use = float(np.linalg.norm(force - (normal @ force) * normal)) / (friction * pressing)
+    if use > 1.0:
+        raise GraspError(
+            f"{name}: the start needs {use:.3g} times the available friction (mu = {friction:g}, "
+            f"{pressing:.3g} N pressing). Raise grasp.internal_force or fingertip.friction, or move the points.",
+            finger=name, quantity="friction use", value=use,
+        )  # fmt: skip
+
+
+def check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
+    """The joints can hold what the grasp asks of them."""
+    world = arm.world
+    torque = arm.gravity_torque()
+    for i, (force, point) in enumerate(zip(forces, points, strict=True)):
+        torque += arm.point_jacobian(i, point).T @ force
+    worst = int(np.argmax(np.abs(torque) / world.effort_limit))
+    if abs(torque[worst]) > world.effort_limit[worst]:
+        raise GraspError(
+            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} N m at the start; its effort limit is "
+            f"{world.effort_limit[worst]:.3g} N m. Lower grasp.internal_force or the object's mass.",
+            finger=world.joint_names[worst], quantity="torque", value=float(torque[worst]),
+        )  # fmt: skip

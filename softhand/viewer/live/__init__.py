@@ -1,0 +1,1 @@
+"""The picture while it happens, or a replay, in the browser."""

@@ -1,0 +1,48 @@
+"""The scene of a plant that runs now."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softhand.model.shapes.ellipsoid import Ellipsoid
+from softhand.model.shapes.face import Face
+from softhand.plant.plant import Plant
+from softhand.viewer.scene.bodies import Plane
+from softhand.viewer.scene.moment import Moment
+from softhand.viewer.scene.recorded import SLIP_HOLD
+from softhand.viewer.scene.scales import fit_scales
+from softhand.viewer.scene.scene import Cast, Scene
+
+_HEADROOM = 1.5  # of a live scene, over the forces at its start
+
+
+def live_scene(plant: Plant, first: Moment) -> Scene:
+    """The scene of a plant that runs now; its first moment sets the scales.
+
+    Raises:
+        ModelError: a URDF cannot be read.
+    """
+    world = plant.world
+    cast = Cast(
+        world.hand_text,
+        world.object_text,
+        tuple(tip.name for tip in world.tips),
+        tuple(map(float, plant.pads["radius"][: world.n_tips])),
+        tuple(map(float, world.gravity)),
+        world.hand_urdf.parent,
+        world.object_urdf.parent,
+        next(
+            (
+                (Plane(support.shape.offset, support.shape.normal), first.object_pose[:3, 3])
+                for support in plant.supports
+                if isinstance(support.shape, Face)
+            ),
+            None,
+        ),
+        world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
+        tuple(support.name for support in plant.supports),
+        SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
+    )
+    weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
+    tips, internal, supports = first.contact_force, first.internal_force, first.support_force
+    return Scene(cast, fit_scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight))

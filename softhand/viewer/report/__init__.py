@@ -1,0 +1,1 @@
+"""One file with film, curves and numbers; films."""

@@ -1,0 +1,171 @@
+"""Films: the 3-D view of a report, picture by picture from a headless browser, as MP4 or GIF."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from softhand.errors import SofthandError
+from softhand.recording.recording import Recording
+from softhand.recording.whole_file import check_place, write_whole
+from softhand.viewer.report.browser import Browser, find_chromium
+from softhand.viewer.report.report import report_page
+
+FORMATS = ("mp4", "gif")
+_MOST_FRAMES = 600  # kept in the page; between them it interpolates
+_PREPARING = 0.1  # share of the work
+_GIF_CLOCK = 100  # a GIF counts time in hundredths of a second
+_FASTEST_GIF = 50.0  # [1/s] readers slow down what is faster
+_LARGEST = 4096  # [px]
+
+
+def write_film(
+    recording: Recording,
+    path: str | os.PathLike[str],
+    fps: float = 30.0,
+    size: tuple[int, int] = (1280, 720),
+    speed: float = 1.0,
+    progress: Callable[[float], None] = lambda done: None,
+) -> None:
+    """Write the film of a run, whole or not at all.
+
+    Args:
+        recording: an incomplete one plays as far as it goes, and the film says why.
+        path: file to write, its format by its ending: .mp4 or .gif; an older one is replaced.
+        fps: pictures a second of film.
+        size: width and height [px].
+        speed: simulated time over time of the film; 0.1 is slow motion.
+        progress: is told what is done, 0 to 1.
+
+    Raises:
+        BrowserError: there is no Chromium, or it failed.
+        RecordingError: the recording lacks what a picture needs, or the file cannot be written.
+        SofthandError: another ending, a value out of its range, or there is no ffmpeg. Carries `.value`.
+    """
+    path = Path(path)
+    ending = path.suffix.lower().removeprefix(".")
+    _check(path, ending, fps, size, speed)
+    encode = _encode_gif if ending == "gif" else _encode_mp4(_find_ffmpeg())
+    find_chromium()
+    page = report_page(
+        [recording], fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
+    )
+    with tempfile.TemporaryDirectory(prefix="softhand-film-") as folder:
+        file = Path(folder, "film.html")
+        write_whole(file, page.encode)
+        content = encode(_pictures(file, size, _times(recording, fps, speed), progress), fps)
+    write_whole(path, lambda: content)
+
+
+def _check(path: Path, ending: str, fps: float, size: tuple[int, int], speed: float) -> None:
+    if ending not in FORMATS:
+        got = f"has the unknown ending {path.suffix!r}" if ending else "has no ending"
+        raise SofthandError(f"{path}: the name of the film {got}; choose .mp4 or .gif.", value=path.suffix)
+    check_place(path)
+    fastest = _FASTEST_GIF if ending == "gif" else 240.0
+    if not 1.0 <= fps <= fastest:
+        raise SofthandError(f"fps: {fps:g} is out of range; a .{ending} takes 1 to {fastest:g}.", value=fps)
+    if not 1e-4 <= speed <= 100.0:
+        raise SofthandError(f"speed: {speed:g} is out of range; allowed are 0.0001 to 100.", value=speed)
+    if not all(64 <= length <= _LARGEST and length % 2 == 0 for length in size):
+        raise SofthandError(
+            f"size: {size[0]}x{size[1]} cannot be filmed; take even numbers from 64 to {_LARGEST}.", value=size
+        )
+
+
+def _times(recording: Recording, fps: float, speed: float) -> Iterator[tuple[float, float]]:
+    """Simulated time of each picture, and what is done with it, 0 to 1; the last sample is among them."""
+    first, last = float(recording.time[0]), float(recording.time[-1])
+    count = int(np.ceil((last - first) * fps / speed - 1e-9)) + 1
+    for k in range(count):
+        yield min(first + k * speed / fps, last), (k + 1) / count
+
+
+def _pictures(
+    file: Path, size: tuple[int, int], times: Iterator[tuple[float, float]], progress: Callable[[float], None]
+) -> Iterator[bytes]:
+    """What the page shows at each time, as PNG."""
+    with Browser() as browser:
+        page = browser.page(*size)
+        page.open(file.as_uri())
+        page.evaluate("softhand.ready.then(() => true)")
+        for time, done in times:
+            page.evaluate(f"softhand.setTime({time!r})")
+            yield page.screenshot()
+            progress(_PREPARING + (1.0 - _PREPARING) * done)
+
+
+def _encode_gif(pictures: Iterator[bytes], fps: float) -> bytes:
+    """One palette for all pictures, so that what stands still does not flicker.
+
+    It covers all hues: one by areas has greys alone, and torsion would look like slip.
+    """
+    frames: list[Image.Image] = []
+    palette = None
+    for picture in pictures:
+        image = Image.open(io.BytesIO(picture)).convert("RGB")
+        palette = palette or image.quantize(255, Image.Quantize.MAXCOVERAGE)
+        frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+    ends = np.rint(_GIF_CLOCK * np.arange(len(frames) + 1) / fps)
+    durations = (1000 // _GIF_CLOCK * np.diff(ends)).astype(int).tolist()
+    buffer = io.BytesIO()
+    frames[0].save(buffer, "GIF", save_all=True, append_images=frames[1:], duration=durations, loop=0)
+    return buffer.getvalue()
+
+
+def _encode_mp4(ffmpeg: str) -> Callable[[Iterator[bytes], float], bytes]:
+    def encode(pictures: Iterator[bytes], fps: float) -> bytes:
+        with tempfile.TemporaryDirectory(prefix="softhand-film-") as folder:
+            film, log = Path(folder, "film.mp4"), Path(folder, "log")
+            command = [ffmpeg, "-loglevel", "error", "-f", "image2pipe", "-framerate", f"{fps:g}", "-c:v", "png"]
+            command += ["-i", "-", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(film)]
+            with log.open("wb") as complaints:  # in a session of its own, so that Ctrl-C is ours alone
+                process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints, start_new_session=True)
+            try:
+                _feed(process, pictures)
+            finally:
+                process.kill()
+                process.wait()
+            if process.returncode or not film.is_file():
+                said = log.read_text(errors="replace").strip().splitlines()
+                raise SofthandError(
+                    f"ffmpeg ({ffmpeg}) cannot make the film: {said[-1] if said else 'it ended early'}."
+                )
+            return film.read_bytes()
+
+    return encode
+
+
+def _feed(process: subprocess.Popen[bytes], pictures: Iterator[bytes]) -> None:
+    """Hand over all pictures and wait; a process that has ended is judged by its caller."""
+    assert process.stdin is not None
+    try:
+        for picture in pictures:
+            process.stdin.write(picture)
+        process.stdin.close()
+        process.wait()
+    except BrokenPipeError:
+        process.wait()
+
+
+def _find_ffmpeg() -> str:
+    found = shutil.which("ffmpeg")
+    if found is None and find_spec("imageio_ffmpeg") is not None:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        found = str(get_ffmpeg_exe())
+    if found is None:
+        raise SofthandError(
+            "An .mp4 needs ffmpeg: install it, for instance with `apt install ffmpeg`, or install softhand with its "
+            "extra `film` (pip install 'softhand[film]'); a .gif needs neither."
+        )
+    return found

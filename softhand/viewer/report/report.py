@@ -1,0 +1,136 @@
+"""A report: one HTML file with film, curves and numbers, that needs neither network nor server."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from softhand.analysis.summary import summarize
+from softhand.errors import RecordingError, SofthandError
+from softhand.plots.run import settings_line
+from softhand.plots.style import FINGERS
+from softhand.recording.events import phases_of
+from softhand.recording.recorded import scenario_of
+from softhand.recording.recording import Recording
+from softhand.recording.whole_file import check_place, write_whole
+from softhand.version import __version__
+from softhand.viewer.report.bundle import bundle_folder
+from softhand.viewer.report.curves import blocks_of, finger_names, samples_of
+from softhand.viewer.report.packing import Store, pack_film
+from softhand.viewer.scene.scales import shared_scales
+
+FRAME_RATE = 60.0  # frames a second of simulated time; between them the page interpolates
+MOST_FRAMES = 600  # in all runs together: the file stays small enough to be mailed
+_ENDINGS = (".html", ".htm")
+MOST_RUNS = 4  # kinds of lines that an eye can tell apart
+
+Progress = Callable[[float], None]
+
+
+def write_report(path: str | os.PathLike[str], *recordings: Recording, progress: Progress = lambda done: None) -> None:
+    """Write the report of one run, or of several with one clock, whole or not at all.
+
+    Args:
+        path: HTML file to write; an older one is replaced.
+        recordings: one to four; an incomplete one plays as far as it goes, and the page says why.
+        progress: is told what is done, 0 to 1.
+
+    Raises:
+        RecordingError: a recording lacks what the report shows, or the file cannot be written.
+        SofthandError: the name of the file does not end in .html. Carries `.value`.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in _ENDINGS:
+        got = f"has the unknown ending {path.suffix!r}" if path.suffix else "has no ending"
+        raise SofthandError(f"{path}: the name of the report {got}; choose .html.", value=path.suffix)
+    check_place(path)
+    html = report_page(recordings, progress=progress)
+    write_whole(path, html.encode)
+
+
+def report_page(
+    recordings: Sequence[Recording],
+    rate: float = FRAME_RATE,
+    most: int = MOST_FRAMES,
+    film_only: bool = False,
+    progress: Progress = lambda done: None,
+) -> str:
+    """The report as HTML.
+
+    Args:
+        recordings: as in `write_report`.
+        rate: frames a second of simulated time.
+        most: frames at most, in all runs together.
+        film_only: leave everything away but the film; for films.
+        progress: is told what is done, 0 to 1.
+    """
+    if not 1 <= len(recordings) <= MOST_RUNS:
+        raise RecordingError(f"A report shows 1 to {MOST_RUNS} runs, not {len(recordings)}.")
+    for recording in recordings:
+        if not len(recording):
+            raise RecordingError("A report needs at least one sample, and this recording has none.")
+    count, scales = len(recordings), shared_scales(recordings)
+    store = Store()
+    blocks = [] if film_only else blocks_of(store, recordings)
+    runs = []
+    for k, recording in enumerate(recordings):
+        film = pack_film(store, recording, scales, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
+        runs.append(
+            {
+                "label": "ABCD"[k],
+                "film": film,
+                **_text_of(recording),
+                "times": store.add(recording.time[samples_of(recording)], "f4"),
+            }
+        )
+    most_fingers = max((finger_names(recording) for recording in recordings), key=len)
+    data = {
+        "version": __version__,
+        "filmOnly": film_only,
+        "end": max(float(recording.time[-1]) for recording in recordings) or 1e-3,
+        "fingers": [{"text": name, "color": FINGERS[k % len(FINGERS)]} for k, name in enumerate(most_fingers)],
+        "runs": runs,
+        "blocks": blocks,
+        "arrays": store.text(),
+    }
+    return _fill(data)
+
+
+def _text_of(recording: Recording) -> dict[str, Any]:
+    """What the page says about a run."""
+    scenario, summary = scenario_of(recording), summarize(recording)
+    stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
+    return {
+        "title": scenario.get("description") or "softhand run",
+        "subtitle": settings_line(scenario),
+        "stop": stop,
+        "facts": [("simulated time", f"{recording.stop_time:g} s"), *summary.rows()],
+        "notes": summary.warnings(),
+        "phases": phases_of(recording),
+        "events": [asdict(event) for event in summary.events],
+        "end": float(recording.time[-1]),
+        "scenario": recording.scenario,
+        "version": recording.version,
+    }
+
+
+def _fill(data: dict[str, Any]) -> str:
+    """The page with everything put into it."""
+    folder, three = files("softhand.viewer") / "page", bundle_folder()
+    parts = {name: (folder / name).read_text("utf-8") for name in ("report.css", "stage.js", "chart.js", "report.js")}
+    parts["three"] = (three / "main.min.js").read_text("utf-8")
+    parts["licences"] = _as_data(json.loads((three / "main.min.js.THIRD_PARTY_LICENSES.json").read_text("utf-8")))
+    parts["data"] = _as_data(data)
+    page = (folder / "report.html").read_text("utf-8")
+    return re.sub(r"\{\{([a-z.]+)\}\}", lambda found: parts[found[1]], page)
+
+
+def _as_data(data: Any) -> str:
+    """JSON that cannot end the element that holds it."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -1,0 +1,1 @@
+"""What any picture of a grasp shows, as plain arrays."""
