@@ -219,7 +219,7 @@ def _compile_formula(
         for k in range(n_results):
             results[k] = values[k]
 
-    with kernel_folder():
+    with kernel_folder(__name__):
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 
@@ -249,7 +249,7 @@ def _compile_differences(
             for i in range(4):
                 results[4 * i + j] = (upper[i] - lower[i]) / (2.0 * step)
 
-    with kernel_folder():
+    with kernel_folder(__name__):
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
 
 

@@ -1,16 +1,19 @@
 """The one way in which softhand compiles: numba, kept on disk, never stale.
 
-numba finds out that a function's own file has changed, not that a function which it calls has. Therefore the folder
-of the compiled kernels carries a digest of all sources of the package that hold kernels.
+numba finds out that a function's own file has changed, not that a function which it calls has. Therefore the folder of
+the compiled kernels of a module carries a digest of all that they are made of: the module, and the modules from which
+it takes kernels or constants, and so on.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -20,13 +23,43 @@ import platformdirs
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def _digest() -> str:
-    package = Path(__file__).parents[1]
+_PACKAGE = Path(__file__).parents[1]
+_IMPORT = re.compile(r"^from softhand\.([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_IS_KERNEL = re.compile(r"^ *@(?:compiled|intrinsic)|kernel_folder\(", re.MULTILINE)
+
+
+@cache
+def _parts(module: str) -> tuple[bytes, bool, frozenset[str]]:
+    """Source of a module of the package, whether it has machine code, and the modules that its kernels may need."""
+    file = _PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
+    if not file.is_file():
+        return b"", False, frozenset()
+    source = file.read_text()
+    needed = {
+        target
+        for target, names in _IMPORT.findall(source)
+        if any(name.isupper() for name in re.findall(r"\w+", names)) or _parts(target)[1]
+    }
+    return source.encode(), _IS_KERNEL.search(source) is not None, frozenset(needed)
+
+
+@cache
+def _digest(module: str) -> str:
+    """Of numba and of all that the kernels of a module are made of; for a module of others, of the whole package."""
+    found: set[str] = set()
+    waiting = (
+        [module]
+        if _parts(module)[0]
+        else [".".join(file.relative_to(_PACKAGE).with_suffix("").parts) for file in _PACKAGE.rglob("*.py")]
+    )
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += _parts(name)[2]
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(package.rglob("*.py")):
-        text = source.read_bytes()
-        if b"@compiled" in text or b"kernel_folder" in text:
-            digest.update(text)
+    for name in sorted(found):
+        digest.update(_parts(name)[0])
     return digest.hexdigest()[:16]
 
 
@@ -49,20 +82,23 @@ def _writable_folder(name: str) -> Path:
     return Path(tempfile.mkdtemp(prefix="softhand-"))
 
 
-CACHE = _writable_folder(_digest())
+@cache
+def kernels_of(module: str) -> Path:
+    """The folder of the machine code of a module, by its dotted name below the package."""
+    return _writable_folder(f"{module.rpartition('.')[2]}-{_digest(module)}")
 
 
 def is_first_run() -> bool:
     """True while no kernel is on disk, so that the first run will spend some seconds on compiling."""
-    return not any(CACHE.rglob("*.nbi"))
+    return not any(kernels_of("contact.layer").rglob("*.nbi"))
 
 
 @contextmanager
-def kernel_folder() -> Iterator[None]:
-    """Decorate inside this context to keep what numba compiles in `CACHE`."""
+def kernel_folder(module: str) -> Iterator[None]:
+    """Decorate inside this context to keep what numba compiles for a module, by its `__name__`."""
     config: Any = numba.config
     previous = config.CACHE_DIR
-    config.CACHE_DIR = str(CACHE)
+    config.CACHE_DIR = str(kernels_of(module.removeprefix("softhand.")))
     try:
         yield
     finally:
@@ -71,5 +107,5 @@ def kernel_folder() -> Iterator[None]:
 
 def compiled(function: F) -> F:
     """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
-    with kernel_folder():
+    with kernel_folder(function.__module__):
         return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"})(function))

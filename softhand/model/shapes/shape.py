@@ -167,7 +167,7 @@ class CurvedShape(CompiledShape):
 
 @cache
 def _compile(entry: Callable[..., Any]) -> Any:
-    with kernel_folder():
+    with kernel_folder(__name__):
         return cfunc(_SIGNATURE, cache=True, error_model="numpy")(entry)
 
 
