@@ -8,45 +8,85 @@ from typing import Any
 class SofthandError(Exception):
     """Base of all errors that softhand raises on purpose.
 
-    The message says what was wrong, the value got, what is allowed and what to try. Extra keyword arguments
-    become attributes, so that a program can react to `error.finger` or `error.value`.
+    The message says what was wrong, the value got, what is allowed and what to try. Keyword arguments become
+    attributes, so that a program can react to `error.finger` or `error.value`.
     """
 
     def __init__(self, message: str, **data: Any) -> None:
         super().__init__(message)
         self.__dict__.update(data)
 
+    def say_more(self, text: str) -> None:
+        """Put another sentence behind the message."""
+        self.args = (f"{self}{text}", *self.args[1:])
+
 
 class ScenarioError(SofthandError):
-    """A scenario, or a setting of it, cannot be used. Carries `.key` and `.value`."""
+    """A scenario, or a setting of it, cannot be used."""
+
+    key: str = ""
+    """Dotted path of the setting."""
+    value: Any = None
+    """What it was."""
 
 
 class ModelError(SofthandError):
-    """A URDF cannot be turned into a hand or an object. Carries `.file`."""
+    """A URDF cannot be turned into a hand or an object."""
+
+    file: str = ""
 
 
 class GraspError(SofthandError):
-    """No grasp at rest exists for what was asked. Carries `.finger`, `.quantity` and `.value`."""
+    """No grasp at rest exists for what was asked."""
+
+    finger: str = ""
+    """Or joint."""
+    quantity: str = ""
+    """Such as `reach`, `force`, `torque`."""
+    value: Any = None
 
 
 class LawError(SofthandError):
-    """A fingertip law is not usable: wrong number of results, not compilable, NaN. Carries `.law`."""
+    """A fingertip law is not usable: wrong number of results, not compilable, NaN."""
+
+    law: str = ""
 
 
 class MeasurementError(SofthandError):
-    """Measurements of a fingertip cannot be read, or no law can be fitted to them. Carries `.column` and `.value`."""
+    """Measurements of a fingertip cannot be read, or no law can be fitted to them."""
+
+    column: str = ""
+    value: Any = None
 
 
 class SimulationStopped(SofthandError):
-    """A run ended before its duration. Carries `.recording` with all that was computed, `.reason` and `.time`."""
+    """A run ended before its duration."""
+
+    recording: Any = None
+    """All that was computed; None outside of `Simulation.run`."""
+    reason: str = ""
+    """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `given up`, `interrupted`."""
+    time: float = 0.0
+    """Of the last good sample [s]."""
+    finger: str = ""
+    """At fault, if one is."""
+    law: str = ""
+    """At fault, if one is."""
+    rows: Any = None
+    """Of a study, what was finished."""
 
 
 class ControllerError(SimulationStopped):
-    """A controller raised, or returned something that is no torque. Carries `.controller` as well."""
+    """A controller raised, or returned something that is no torque."""
+
+    controller: str = ""
+    """Name of its class."""
 
 
 class RecordingError(SofthandError):
-    """A recording cannot be read or written. Carries `.file`."""
+    """A recording cannot be read or written."""
+
+    file: Any = None
 
 
 class BrowserError(SofthandError):

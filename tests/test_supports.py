@@ -252,13 +252,13 @@ def test_the_envelope_holds_what_supports_couple() -> None:
     plant, state = touching_plant()
     plant.update(state.q, state.v, state.z)
     J = plant.jacobian.reshape(-1, plant.world.model.nv)
-    coupled = (plant.snapshot.mass_matrix(state.q) != 0.0) | (J.T @ J != 0.0)
+    coupled = (plant.rigid.mass_matrix(state.q) != 0.0) | (J.T @ J != 0.0)
     assert np.all(plant.envelope <= np.argmax(coupled, axis=1))
     assert coupled[3:6, :3].any() and coupled[6:9, :3].any()
     out = np.zeros(plant.world.model.nv)
     plant.acceleration(np.zeros(9), out)
     force = -plant.snapshot.nle - np.einsum("irk,ir->k", plant.jacobian, plant.contacts["force"])
-    np.testing.assert_allclose(out, np.linalg.solve(plant.snapshot.mass_matrix(state.q), force), rtol=1e-9)
+    np.testing.assert_allclose(out, np.linalg.solve(plant.rigid.mass_matrix(state.q), force), rtol=1e-9)
 
 
 NAKASHIMA = Nakashima(radius=RADIUS, k_r=0.377e6, k_phi=0.166e6, k_theta=0.0266e9, k_psi=0.0488e9)

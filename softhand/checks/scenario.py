@@ -96,7 +96,7 @@ def fastest_frequency(plant: Plant, state: State) -> float:
     plant.update(state.q, state.v, state.z)
     plant.touch(state.v, state.z, with_stiffness=True)
     contacts, J = plant.contacts, plant.jacobian
-    M = plant.snapshot.mass_matrix(state.q)
+    M = plant.rigid.mass_matrix(state.q)
     K = np.einsum("irk,irs,isl->kl", J, contacts["stiffness"], J)
     D = np.einsum("irk,ir,irl->kl", J, contacts["damping"], J)
     nv = len(M)
@@ -192,7 +192,7 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
         try:
             read_grasp(target, world)
         except GraspError as error:
-            if error.quantity == "reach" and error.value > radius and str(error) not in told:  # type: ignore[attr-defined]
+            if error.quantity == "reach" and error.value > radius and str(error) not in told:
                 told.add(str(error))
                 yield f"reference: at the target, {error}"
 

@@ -80,9 +80,9 @@ def compare(
         with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:
             rows = run(task, laws, controllers, report, jobs)
     except SimulationStopped as stop:
-        if stop.rows:  # type: ignore[attr-defined]
-            save(stop.rows)  # type: ignore[attr-defined]
-            stop.args = (f"{stop} They are in {folder}/.",)
+        if stop.rows:
+            save(stop.rows)
+            stop.say_more(f" They are in {folder}/.")
         elif is_new:
             folder.rmdir()
         raise

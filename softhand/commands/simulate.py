@@ -112,8 +112,8 @@ def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window:
             with progress("simulating", scenario.duration, quiet) as report:
                 recording = simulation.run(report, watch)
     except SimulationStopped as stop:
-        _save(stop.recording, folder, plot)  # type: ignore[attr-defined]
-        stop.args = (f"{stop}\nWhat was computed until then is in {folder}/.",)
+        _save(stop.recording, folder, plot)
+        stop.say_more(f"\nWhat was computed until then is in {folder}/.")
         raise
     files = _save(recording, folder, plot)
     if not quiet:

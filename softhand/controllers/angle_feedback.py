@@ -47,17 +47,18 @@ class AngleFeedback(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen = observation
         K_v, b = memory
-        f_C = np.einsum("iba,ib->ia", seen.contact_rotation, self.forces(seen, b)).ravel()
-        return seen.J_CF_f.T @ f_C + seen.N_F - K_v * seen.joint_velocity, memory
+        f_C = np.einsum("iba,ib->ia", observation.contact_rotation, self.forces(observation, b)).ravel()
+        return observation.J_CF_f.T @ f_C + observation.N_F - K_v * observation.joint_velocity, memory
 
-    def forces(self, seen: Observation, b: Any) -> Any:
+    def forces(self, observation: Observation, b: Any) -> Any:
         """What the tips shall do to the object at the contact points [N], world axes, shape (2, 3)."""
-        centre = seen.object_position + seen.object_rotation @ seen.object_lever
-        normals, points = seen.contact_rotation[:, :, 2], seen.contact_point
-        forces = seen.desired.internal_force[0] * normals - 0.5 * seen.object_mass * seen.gravity
-        missing = turn_towards(seen.object_rotation, rotation_of(seen.desired.coordinates[3:]))
-        M = b @ (self.K * missing - self.D * seen.object_twist[3:] - np.cross(points - centre, forces).sum(axis=0))
+        centre = observation.object_position + observation.object_rotation @ observation.object_lever
+        normals, points = observation.contact_rotation[:, :, 2], observation.contact_point
+        forces = observation.desired.internal_force[0] * normals - 0.5 * observation.object_mass * observation.gravity
+        missing = turn_towards(observation.object_rotation, rotation_of(observation.desired.coordinates[3:]))
+        M = b @ (
+            self.K * missing - self.D * observation.object_twist[3:] - np.cross(points - centre, forces).sum(axis=0)
+        )
         way = np.cross(b, points[0] - points[1])
         return forces + np.outer([1.0, -1.0], M / (way @ way) * way)

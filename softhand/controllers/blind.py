@@ -43,27 +43,26 @@ class Blind(Controller):
     def start(self, observation: Observation) -> Any:
         """The damping, the virtual frame and the object's pose at the start, and f_d for squeezes of 1 N."""
         need_fingers("blind", observation, 3)
-        seen = observation
-        C = diagonal("damping", self.damping, seen.joint_position.shape[0])
-        centre, axes = virtual_frame(seen.tip_position)
-        arm = seen.object_rotation.T @ (centre - seen.object_position)
-        per_newton = strength(seen, np.ones_like(seen.internal_force))
-        return C, arm, seen.object_rotation.T @ axes, per_newton
+        C = diagonal("damping", self.damping, observation.joint_position.shape[0])
+        centre, axes = virtual_frame(observation.tip_position)
+        arm = observation.object_rotation.T @ (centre - observation.object_position)
+        per_newton = strength(observation, np.ones_like(observation.internal_force))
+        return C, arm, observation.object_rotation.T @ axes, per_newton
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen, desired = observation, observation.desired
+        desired = observation.desired
         C, arm, axes_in_object, per_newton = memory
-        count = len(seen.fingertips)
+        count = len(observation.fingertips)
         wanted = rotation_of(desired.coordinates[3:])
-        x_v, axes = virtual_frame(seen.tip_position)
+        x_v, axes = virtual_frame(observation.tip_position)
         x_d = desired.coordinates[:3] + wanted @ arm
         f_d = per_newton * float(np.mean(desired.internal_force))
-        forces = f_d / radii(seen).sum() * attraction(seen.tip_position)
-        forces += (self.K_p * (x_d - x_v) - self.mass * seen.gravity) / count
+        forces = f_d / radii(observation).sum() * attraction(observation.tip_position)
+        forces += (self.K_p * (x_d - x_v) - self.mass * observation.gravity) / count
         moment = self.K_o * turn_towards(axes, wanted @ axes_in_object)
-        forces[:3] += np.einsum("iab,a->ib", virtual_turning(seen.tip_position, axes), moment)
-        return pushed(seen.tip_jacobian, forces) + seen.N_F - C * seen.joint_velocity, memory
+        forces[:3] += np.einsum("iab,a->ib", virtual_turning(observation.tip_position, axes), moment)
+        return pushed(observation.tip_jacobian, forces) + observation.N_F - C * observation.joint_velocity, memory
 
 
 def virtual_frame(x: Any) -> tuple[Any, Any]:

@@ -55,19 +55,24 @@ class ComputedTorque(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen, desired = observation, observation.desired
+        desired = observation.desired
         (K_p, K_d, K_v), A_before, before = memory
-        rate = seen.q_O_rate
+        rate = observation.q_O_rate
         a = desired.coordinates_acceleration - K_d * (rate - desired.coordinates_rate)
-        a -= K_p * (seen.q_O - desired.coordinates)
-        A = _follow(seen)
-        A_rate = (A - A_before) / (seen.time - before) if seen.time > before else np.zeros_like(A)
-        wrench = seen.M_O @ a + seen.velocity_terms_O + seen.N_O
-        tau = grasp_torque(seen, wrench, desired.internal_force, self.torsion_compensation)
-        tau += seen.M_F @ (A @ a + A_rate @ rate) + seen.velocity_terms_F + seen.N_F - K_v * seen.joint_velocity
-        return tau, ((K_p, K_d, K_v), A, seen.time)
+        a -= K_p * (observation.q_O - desired.coordinates)
+        A = _follow(observation)
+        A_rate = (A - A_before) / (observation.time - before) if observation.time > before else np.zeros_like(A)
+        wrench = observation.M_O @ a + observation.velocity_terms_O + observation.N_O
+        tau = grasp_torque(observation, wrench, desired.internal_force, self.torsion_compensation)
+        tau += (
+            observation.M_F @ (A @ a + A_rate @ rate)
+            + observation.velocity_terms_F
+            + observation.N_F
+            - K_v * observation.joint_velocity
+        )
+        return tau, ((K_p, K_d, K_v), A, observation.time)
 
 
-def _follow(seen: Observation) -> Any:
+def _follow(observation: Observation) -> Any:
     """A with q_F' = A q_O' in rigid contact, J_CF^f A = J_O^f."""
-    return np.linalg.lstsq(seen.J_CF_f, seen.J_O_f, rcond=1e-6)[0]
+    return np.linalg.lstsq(observation.J_CF_f, observation.J_O_f, rcond=1e-6)[0]

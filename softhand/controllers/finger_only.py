@@ -49,19 +49,19 @@ class FingerOnly(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """(59) at the estimate."""
-        seen, desired = observation, observation.desired
+        desired = observation.desired
         gains, estimator, before = memory
-        now: Estimate = estimator.update(seen, before)
+        now: Estimate = estimator.update(observation, before)
         K_O, K_v, K_N = gains
         K = now.kernel()
         f_N = np.empty(K.shape[1])
-        least_norm(K, False, seen.f_C, f_N)
+        least_norm(K, False, observation.f_C, f_N)
         wrench = estimator.weight(now.q_O) - K_O * (now.q_O - desired.coordinates)
-        tau = seen.N_F - K_v * seen.joint_velocity
+        tau = observation.N_F - K_v * observation.joint_velocity
         if self.torsion_compensation:
             wrench -= now.J_O_tau.T @ now.tau_C
             tau += now.J_CF_tau.T @ now.tau_C
-        f_C = np.empty(seen.f_C.shape)
+        f_C = np.empty(observation.f_C.shape)
         least_norm(now.J_O_f, True, wrench, f_C)
         f_C += K @ (f_N - K_N * (f_N - desired.internal_force))
         return tau + now.J_CF_f.T @ f_C, (gains, estimator, now)

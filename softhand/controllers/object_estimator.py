@@ -15,7 +15,7 @@ from softhand.numerics.spatial import carried, cross_matrix, rotation_of, turnin
 from softhand.sensing.observation import Observation
 
 _STEP = 1e-6  # of the radius, or rad: of the slope of a law
-_MOVING = 1e-3  # share of the largest singular value: motion that moves the contacts less is not seen
+_MOVING = 1e-3  # share of the largest singular value: motion that moves the contacts less is not observation
 _CERTAIN = 0.3  # the same of distances: two tips that face each other would turn their disagreement into a large turn
 _NEWTON = 3  # steps with one slope; the deformation moves little between two samples
 
@@ -93,10 +93,10 @@ class _Tip:
 class _Hand:
     """Tips and their Jacobians: what q_F alone tells."""
 
-    def __init__(self, seen: Observation) -> None:
-        self.q_F = seen.joint_position.copy()
-        self.tips, self.axes = seen.tip_position.copy(), seen.tip_rotation
-        self.velocity, self.spin = seen.tip_jacobian, seen.tip_angular_jacobian
+    def __init__(self, observation: Observation) -> None:
+        self.q_F = observation.joint_position.copy()
+        self.tips, self.axes = observation.tip_position.copy(), observation.tip_rotation
+        self.velocity, self.spin = observation.tip_jacobian, observation.tip_angular_jacobian
 
 
 class ObjectEstimator:
@@ -113,53 +113,53 @@ class ObjectEstimator:
     only.
 
     Args:
-        seen: the grasp at the start: its pose, the laws of the tips, faces and weight.
+        observation: the grasp at the start: its pose, the laws of the tips, faces and weight.
 
     Raises:
         ScenarioError: a tip touches a curved surface.
     """
 
-    def __init__(self, seen: Observation) -> None:
-        if any(tip.face.is_curved for tip in seen.fingertips):
+    def __init__(self, observation: Observation) -> None:
+        if any(tip.face.is_curved for tip in observation.fingertips):
             raise ScenarioError(
                 "the pose of an object is computed from its plane faces alone, and this one is curved where it is "
                 "touched; choose a controller that measures it, or a mesh.",
                 key="controller.name", value="",
             )  # fmt: skip
-        self._tips = [_Tip(tip.law) for tip in seen.fingertips]
-        self._normals = np.array([tip.face.normal for tip in seen.fingertips])
-        self._offsets = np.array([tip.face.offset for tip in seen.fingertips])
-        self._tangents = np.array([tip.face.tangent for tip in seen.fingertips])
+        self._tips = [_Tip(tip.law) for tip in observation.fingertips]
+        self._normals = np.array([tip.face.normal for tip in observation.fingertips])
+        self._offsets = np.array([tip.face.offset for tip in observation.fingertips])
+        self._tangents = np.array([tip.face.tangent for tip in observation.fingertips])
         self._radii = np.array([tip.radius for tip in self._tips])
         self._is_surface = np.array([[tip.is_surface] for tip in self._tips])
         lengths = np.where(self._is_surface, self._radii[:, None], 1.0)
         self._steps = _STEP * np.column_stack([self._radii, lengths, lengths])
-        self._weight = -seen.object_mass * seen.gravity
-        self._lever = seen.object_lever.copy()
+        self._weight = -observation.object_mass * observation.gravity
+        self._lever = observation.object_lever.copy()
         # a turn counts as the way that it moves the contacts
-        reach = np.linalg.norm(seen.contact_point - seen.object_position, axis=1).mean()
+        reach = np.linalg.norm(observation.contact_point - observation.object_position, axis=1).mean()
         self._size = np.repeat([1.0, 1.0 / reach], 3)
 
-    def start(self, seen: Observation) -> Estimate:
+    def start(self, observation: Observation) -> Estimate:
         """The estimate at the start, where the pose of the object and the deformation are known."""
-        return self._at(_Hand(seen), seen.q_O.copy(), seen.deformation.copy())
+        return self._at(_Hand(observation), observation.q_O.copy(), observation.deformation.copy())
 
     def weight(self, q_O: Array) -> Array:
         """N_O, the gravity terms of the object in the coordinates q_O, shape (6,)."""
         moment = cross_matrix(rotation_of(q_O[3:]) @ self._lever) @ self._weight
         return np.concatenate([self._weight, turning_of(q_O[3:]).T @ moment])
 
-    def update(self, seen: Observation, before: Estimate) -> Estimate:
+    def update(self, observation: Observation, before: Estimate) -> Estimate:
         """The estimate at a sample from that of the one before.
 
         Args:
-            seen: of which q_F, what depends on it alone, and f_C are read.
+            observation: of which q_F, what depends on it alone, and f_C are read.
             before: the estimate of the sample before.
         """
-        now, hand = before, _Hand(seen)
+        now, hand = before, _Hand(observation)
         dq_F, turned = hand.q_F - before.q_F, np.zeros(len(self._tips))
         for _ in range(2):  # the middle is known only after a first go
-            deformation = self._deformation(seen.f_C, turned, now, before)
+            deformation = self._deformation(observation.f_C, turned, now, before)
             dq_O = self._motion(dq_F, deformation - before.deformation, now, before)
             now = self._at(hand, before.q_O + dq_O, deformation)
             turned = self._turned(dq_F, dq_O, now, before)

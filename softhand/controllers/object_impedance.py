@@ -57,9 +57,9 @@ class ObjectImpedance(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen, desired = observation, observation.desired
+        desired = observation.desired
         M_d, D, K, K_int, K_v = memory
-        wrench = seen.N_O + M_d * desired.coordinates_acceleration
-        wrench -= D * (seen.q_O_rate - desired.coordinates_rate) + K * (seen.q_O - desired.coordinates)
-        tau = grasp_torque(seen, wrench, K_int * desired.internal_force, self.torsion_compensation)
-        return tau + seen.N_F - K_v * seen.joint_velocity, memory
+        wrench = observation.N_O + M_d * desired.coordinates_acceleration
+        wrench -= D * (observation.q_O_rate - desired.coordinates_rate) + K * (observation.q_O - desired.coordinates)
+        tau = grasp_torque(observation, wrench, K_int * desired.internal_force, self.torsion_compensation)
+        return tau + observation.N_F - K_v * observation.joint_velocity, memory

@@ -46,11 +46,10 @@ class Opposing(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen = observation
         C, q_start, e, per_newton = memory
-        r = radii(seen)
-        f_d = per_newton * seen.desired.internal_force[0]
-        forces = f_d / r.sum() * attraction(seen.tip_position) - 0.5 * self.mass * seen.gravity
-        turned = e @ (seen.joint_position - q_start)
-        tau = pushed(seen.tip_jacobian, forces) - (r**2 / self.gamma * turned) @ e
-        return tau + seen.N_F - C * seen.joint_velocity, memory
+        r = radii(observation)
+        f_d = per_newton * observation.desired.internal_force[0]
+        forces = f_d / r.sum() * attraction(observation.tip_position) - 0.5 * self.mass * observation.gravity
+        turned = e @ (observation.joint_position - q_start)
+        tau = pushed(observation.tip_jacobian, forces) - (r**2 / self.gamma * turned) @ e
+        return tau + observation.N_F - C * observation.joint_velocity, memory

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,51 +57,51 @@ class PickAndPlace(Controller):
     K_posture: Gain = 0.0
 
     def start(self, observation: Observation) -> Any:
-        """Law (59) on a view of the observation with a weight of its own; all tips free, at their feet."""
+        """Law (59) at its start; all tips free, at their feet."""
         law = Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
-        weighed = copy(observation)
-        weighed.N_O = np.zeros(6)
         K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
-        return _Memory(law, law.start(weighed), weighed, K_v, False, observation.time, *_feet(observation))
+        return _Memory(law, law.start(observation), K_v, False, observation.time, *_feet(observation))
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen, desired = observation, observation.desired
-        memory = self._judged(seen, memory)
+        desired = observation.desired
+        memory = self._judged(observation, memory)
         if memory.holds:
-            memory.weighed.N_O[:] = desired.carried * seen.N_O
-            return memory.law.torque(memory.weighed, memory.regulation)[0], memory
-        places = memory.feet + (radii(seen)[:, None] + desired.opening) * memory.normals
-        J = seen.tip_jacobian
-        forces = self.K_tip * (places - seen.tip_position) - self.D_tip * (J @ seen.joint_velocity)
-        return seen.N_F - memory.K_v * seen.joint_velocity + pushed(J, forces), memory
+            return memory.law.torque(observation, memory.regulation)[0], memory
+        places = memory.feet + (radii(observation)[:, None] + desired.opening) * memory.normals
+        J = observation.tip_jacobian
+        forces = self.K_tip * (places - observation.tip_position) - self.D_tip * (J @ observation.joint_velocity)
+        return observation.N_F - memory.K_v * observation.joint_velocity + pushed(J, forces), memory
 
-    def _judged(self, seen: Observation, memory: _Memory) -> _Memory:
+    def _judged(self, observation: Observation, memory: _Memory) -> _Memory:
         """Take hold or let go if it is time, and see that all is as it has to be.
 
         Raises:
             ControllerError: it is not.
         """
-        wanted = float(np.mean(seen.desired.internal_force)) >= self.touch_force
+        wanted = float(np.mean(observation.desired.internal_force)) >= self.touch_force
         if not wanted:
             if memory.holds:
-                _check_standing(seen)
-                feet, normals = _feet(seen)
+                _check_standing(observation)
+                feet, normals = _feet(observation)
                 memory = replace(memory, holds=False, feet=feet, normals=normals)
-            return replace(memory, touched=seen.time)
-        apart = seen.contact_force[:, 2] <= 0.0
+            return replace(memory, touched=observation.time)
+        apart = observation.contact_force[:, 2] <= 0.0
         if not apart.any():
-            memory = replace(memory, holds=True, touched=seen.time)
-        elif seen.time - memory.touched > self.patience:
+            memory = replace(memory, holds=True, touched=observation.time)
+        elif observation.time - memory.touched > self.patience:
             i = int(np.argmax(apart))
-            gap = 1e3 * -float(seen.deformation[i, 0])
+            gap = 1e3 * -float(observation.deformation[i, 0])
             what = "lost the object" if memory.holds else "does not reach the object"
             raise _given_up(
-                seen, f"{seen.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting"
+                observation,
+                f"{observation.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting",
             )
-        away = float(np.linalg.norm(seen.object_position - seen.desired.coordinates[:3]))
+        away = float(np.linalg.norm(observation.object_position - observation.desired.coordinates[:3]))
         if away > self.lost:
-            raise _given_up(seen, f"the object slipped out: it is {1e3 * away:.3g} mm from where it is asked to be")
+            raise _given_up(
+                observation, f"the object slipped out: it is {1e3 * away:.3g} mm from where it is asked to be"
+            )
         return memory
 
 
@@ -110,8 +109,6 @@ class PickAndPlace(Controller):
 class _Memory:
     law: Regulation
     regulation: Any
-    weighed: Observation
-    """The observation with the share of N_O that the fingers shall carry."""
     K_v: Array
     holds: bool
     touched: float
@@ -122,30 +119,31 @@ class _Memory:
     """Outward normals there, in the world, shape (nc, 3)."""
 
 
-def _feet(seen: Observation) -> tuple[Array, Array]:
+def _feet(observation: Observation) -> tuple[Array, Array]:
     """Foot of each tip on its face, and the outward normal there, in the world; shape (nc, 3) each."""
-    normals = np.array([tip.face.normal for tip in seen.fingertips]) @ seen.object_rotation.T
-    offsets = np.array([tip.face.offset for tip in seen.fingertips])
-    heights = np.einsum("ik,ik->i", seen.tip_position - seen.object_position, normals) - offsets
-    return seen.tip_position - heights[:, None] * normals, normals
+    normals = np.array([tip.face.normal for tip in observation.fingertips]) @ observation.object_rotation.T
+    offsets = np.array([tip.face.offset for tip in observation.fingertips])
+    heights = np.einsum("ik,ik->i", observation.tip_position - observation.object_position, normals) - offsets
+    return observation.tip_position - heights[:, None] * normals, normals
 
 
-def _check_standing(seen: Observation) -> None:
+def _check_standing(observation: Observation) -> None:
     """Something else than the fingers carries the object before they let go.
 
     Raises:
         ControllerError: the fingers still carry more than half of its weight.
     """
-    weight = seen.object_mass * seen.gravity
-    force = np.einsum("iab,ib->a", seen.contact_rotation, seen.contact_force[:, :3])
+    weight = observation.object_mass * observation.gravity
+    force = np.einsum("iab,ib->a", observation.contact_rotation, observation.contact_force[:, :3])
     if -float(force @ weight) > 0.5 * float(weight @ weight):
         raise _given_up(
-            seen, "the object does not stand: at the release the fingers still carry more than half of its weight"
+            observation,
+            "the object does not stand: at the release the fingers still carry more than half of its weight",
         )
 
 
-def _given_up(seen: Observation, what: str) -> ControllerError:
+def _given_up(observation: Observation, what: str) -> ControllerError:
     return ControllerError(
-        f"controller 'PickAndPlace' gave up at t = {seen.time:g} s: {what}.",
-        controller="PickAndPlace", reason="given up", time=seen.time,
+        f"controller 'PickAndPlace' gave up at t = {observation.time:g} s: {what}.",
+        controller="PickAndPlace", reason="given up", time=observation.time,
     )  # fmt: skip

@@ -51,31 +51,34 @@ class PointContact(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen, K_v = observation, memory
-        normal = seen.contact_rotation[:, :, 2]
-        arm = np.array([[tip.law.radius] for tip in seen.fingertips]) * normal
-        point = seen.tip_position + arm
-        turning = seen.tip_angular_jacobian
-        J_f = carried(seen.tip_jacobian, turning, arm).reshape(-1, turning.shape[2])
+        K_v = memory
+        normal = observation.contact_rotation[:, :, 2]
+        arm = np.array([[tip.law.radius] for tip in observation.fingertips]) * normal
+        point = observation.tip_position + arm
+        turning = observation.tip_angular_jacobian
+        J_f = carried(observation.tip_jacobian, turning, arm).reshape(-1, turning.shape[2])
         J_tau = np.einsum("ib,ibk->ik", normal, turning)
-        wrench = self._wrench(seen)
+        wrench = self._wrench(observation)
         if self.torsion_compensation:
-            wrench[3:] -= normal.T @ seen.tau_C
+            wrench[3:] -= normal.T @ observation.tau_C
         f_d = np.empty(J_f.shape[0])
-        least_norm(np.ascontiguousarray(_grasp_map(point - seen.object_position).T), True, wrench, f_d)
-        f_d += _squeeze(point, seen.desired.internal_force)
-        tau = J_f.T @ f_d + seen.N_F - K_v * seen.joint_velocity
+        least_norm(np.ascontiguousarray(_grasp_map(point - observation.object_position).T), True, wrench, f_d)
+        f_d += _squeeze(point, observation.desired.internal_force)
+        tau = J_f.T @ f_d + observation.N_F - K_v * observation.joint_velocity
         if self.torsion_compensation:
-            tau += J_tau.T @ seen.tau_C
+            tau += J_tau.T @ observation.tau_C
         return tau, memory
 
-    def _wrench(self, seen: Observation) -> Any:
+    def _wrench(self, observation: Observation) -> Any:
         """F_d about the origin of the object frame, world axes, shape (6,)."""
-        desired, twist = seen.desired.coordinates, seen.object_twist
-        weight = -seen.object_mass * seen.gravity
-        force = weight + self.K_position * (desired[:3] - seen.object_position) - self.D_position * twist[:3]
-        moment = cross_matrix(seen.object_rotation @ seen.object_lever) @ weight - self.D_orientation * twist[3:]
-        moment += self.K_orientation * turn_towards(seen.object_rotation, rotation_of(desired[3:]))
+        desired, twist = observation.desired.coordinates, observation.object_twist
+        weight = -observation.object_mass * observation.gravity
+        force = weight + self.K_position * (desired[:3] - observation.object_position) - self.D_position * twist[:3]
+        moment = (
+            cross_matrix(observation.object_rotation @ observation.object_lever) @ weight
+            - self.D_orientation * twist[3:]
+        )
+        moment += self.K_orientation * turn_towards(observation.object_rotation, rotation_of(desired[3:]))
         return np.concatenate([force, moment])
 
 

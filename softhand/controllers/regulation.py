@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
+from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
 from softhand.numerics.prepared import prepared
+from softhand.sensing.fields import fields
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain
 
@@ -49,55 +51,74 @@ class Regulation(Controller):
     K_posture: Gain = 0.0
 
     def start(self, observation: Observation) -> Any:
-        """The compiled law with its gains, and room for the torque."""
+        """The compiled law with its gains and the posture of the start."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
-        K_O = pose_diagonal("K_O", self.K_O_position, self.K_O_orientation)
-        K_v, K_N = diagonal("K_v", self.K_v, n), diagonal("K_N", self.K_N, pairs)
-        K_posture = diagonal("K_posture", self.K_posture, n)
-        seen, desired, tau = observation, observation.desired, np.zeros(n)
-        law = prepared(
-            _regulation, seen.J_CF_f, seen.J_CF_tau, seen.J_O_f, seen.J_O_tau, seen.K, seen.contact_force,
-            seen.internal_force, seen.q_O, desired.coordinates, desired.internal_force, seen.N_F, seen.N_O,
-            seen.joint_velocity, K_O, K_v, K_N, self.torsion_compensation, seen.joint_position,
-            seen.joint_position.copy(), K_posture, tau,
-        )  # fmt: skip
-        return law, tau
+        gains = Gains(
+            pose_diagonal("K_O", self.K_O_position, self.K_O_orientation),
+            diagonal("K_v", self.K_v, n),
+            diagonal("K_N", self.K_N, pairs),
+            diagonal("K_posture", self.K_posture, n),
+            observation.joint_position.copy(),
+        )
+        sizes, compensate = observation.known.sizes, self.torsion_compensation
+        return prepared(regulation, sizes, gains, compensate, varying=(observation.block, np.empty(n)))
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
-        law, tau = memory
-        law()
+        tau = np.empty(observation.known.sizes.n)
+        memory(observation.block, tau)
         return tau, memory
 
 
+class Gains(NamedTuple):
+    """The settings of `Regulation` as diagonals."""
+
+    K_O: Array
+    """[N/m, N m/rad], shape (6,)."""
+    K_v: Array
+    """[N m s/rad], shape (n,)."""
+    K_N: Array
+    """Shape (np,)."""
+    K_posture: Array
+    """[N m/rad], shape (n,)."""
+    posture: Array
+    """q_F(0) [rad], shape (n,)."""
+
+
 @compiled
-def _regulation(
-    J_CF_f, J_CF_tau, J_O_f, J_O_tau, K, contact_force, f_N, q_O, q_Od, f_Nd, N_F, N_O, qd_F, K_O, K_v, K_N, compensate,
-    q_F, start, K_posture, tau,
-):  # fmt: skip
-    n, pairs, nc = tau.shape[0], f_Nd.shape[0], contact_force.shape[0]
+def regulation(sizes, gains, compensate, block, tau):
+    """tau of (59), shape (n,), from the block of an observation; with the share of N_O that the fingers shall carry."""
+    observed = fields(block, sizes)
+    n, pairs, nc = sizes.n, sizes.pairs, sizes.nc
     wrench, f_C = np.empty(6), np.empty(3 * nc)
+    # N_O - K_O (q_O - q_Od) - J_O^tauT tau_C
+    carried, q_O, q_Od = observed.carried_desired[0], observed.object_coordinates, observed.object_coordinates_desired
     for k in range(6):
-        wrench[k] = N_O[k] - K_O[k] * (q_O[k] - q_Od[k])
+        wrench[k] = carried * observed.N_O[k] - gains.K_O[k] * (q_O[k] - q_Od[k])
         if compensate:
             for i in range(nc):
-                wrench[k] -= J_O_tau[i, k] * contact_force[i, 3]
-    least_norm(J_O_f, True, wrench, f_C)
+                wrench[k] -= observed.J_O_tau[i, k] * observed.contact_force[i, 3]
+    # f_C = (J_O^fT)^+ wrench + K [f_N - K_N (f_N - f_Nd)]
+    least_norm(observed.J_O_f, True, wrench, f_C)
+    f_N, f_Nd = observed.internal_force, observed.internal_force_desired
     for k in range(pairs):
-        internal = f_N[k] - K_N[k] * (f_N[k] - f_Nd[k])
+        internal = f_N[k] - gains.K_N[k] * (f_N[k] - f_Nd[k])
         for row in range(3 * nc):
-            f_C[row] += K[row, k] * internal
+            f_C[row] += observed.internal_force_basis[row, k] * internal
+    # tau = J_CF^fT f_C - K_v q_F' + N_F + J_CF^tauT tau_C
+    has_posture = False
     for j in range(n):
-        tau[j] = N_F[j] - K_v[j] * qd_F[j]
+        tau[j] = observed.gravity_torque[j] - gains.K_v[j] * observed.joint_velocity[j]
+        has_posture = has_posture or gains.K_posture[j] > 0.0
     for row in range(3 * nc):
         for j in range(n):
-            tau[j] += J_CF_f[row, j] * f_C[row]
+            tau[j] += observed.hand_force_jacobian[row, j] * f_C[row]
     if compensate:
         for i in range(nc):
             for j in range(n):
-                tau[j] += J_CF_tau[i, j] * contact_force[i, 3]
-    if np.any(K_posture > 0.0):
-        _add_posture(J_CF_f, K_posture, start, q_F, tau)
+                tau[j] += observed.hand_torsion_jacobian[i, j] * observed.contact_force[i, 3]
+    if has_posture:
+        _add_posture(observed.hand_force_jacobian, gains.K_posture, gains.posture, observed.joint_position, tau)
 
 
 @compiled

@@ -10,18 +10,18 @@ from softhand.numerics.arrays import Array
 from softhand.sensing.observation import Observation
 
 
-def radii(seen: Observation) -> Array:
+def radii(observation: Observation) -> Array:
     """r of each tip [m], shape (nc,)."""
-    return np.array([tip.law.radius for tip in seen.fingertips])
+    return np.array([tip.law.radius for tip in observation.fingertips])
 
 
-def need_fingers(name: str, seen: Observation, least: int, most: int | None = None) -> None:
+def need_fingers(name: str, observation: Observation, least: int, most: int | None = None) -> None:
     """Refuse a hand with another number of fingers.
 
     Raises:
         ScenarioError: too few or too many.
     """
-    count = len(seen.fingertips)
+    count = len(observation.fingertips)
     if count < least or (most is not None and count > most):
         wanted = f"{least}" if most == least else f"at least {least}"
         raise ScenarioError(
@@ -56,16 +56,16 @@ def attraction(x: Array) -> Array:
     return x.sum(axis=0) - len(x) * x
 
 
-def strength(seen: Observation, squeeze: Array) -> float:
+def strength(observation: Observation, squeeze: Array) -> float:
     """f_d [N] with which f_d / sum(r) (x_j - x_i) has, at these tip centres, the mean of the squeezes asked for.
 
     Args:
-        seen: the grasp at the start.
+        observation: the grasp at the start.
         squeeze: f_Nd [N], one a pair of contacts, shape (np,).
     """
-    x = seen.tip_position
+    x = observation.tip_position
     distances = np.array([np.linalg.norm(x[j] - x[i]) for i, j in contact_pairs(len(x))])
-    return float(radii(seen).sum() * np.mean(squeeze / distances))
+    return float(radii(observation).sum() * np.mean(squeeze / distances))
 
 
 def pushed(J: Array, forces: Array) -> Array:

@@ -42,25 +42,25 @@ class TwoPhase(Controller):
     def start(self, observation: Observation) -> Any:
         """What is fixed at the start: gains, q_bias, b, the way of the joints; then the integral and its time."""
         need_fingers("two-phase", observation, 2, 2)
-        seen, n = observation, observation.joint_position.shape[0]
+        observation, n = observation, observation.joint_position.shape[0]
         K_q = diagonal("K_q", self.K_q, n)
-        b = last_axis(seen.tip_angular_jacobian[0])
-        line = seen.contact_point[0] - seen.contact_point[1]
+        b = last_axis(observation.tip_angular_jacobian[0])
+        line = observation.contact_point[0] - observation.contact_point[1]
         t = np.cross(b, line / np.linalg.norm(line))
         ways = [
-            sign * np.linalg.pinv(J, rcond=1e-6) @ t for sign, J in zip((1.0, -1.0), seen.tip_jacobian, strict=True)
+            sign * np.linalg.pinv(J, rcond=1e-6) @ t
+            for sign, J in zip((1.0, -1.0), observation.tip_jacobian, strict=True)
         ]
-        holding = seen.N_F + seen.J_CF_f.T @ seen.f_C + seen.J_CF_tau.T @ seen.tau_C
+        holding = observation.N_F + observation.J_CF_f.T @ observation.f_C + observation.J_CF_tau.T @ observation.tau_C
         gains = K_q, diagonal("K_d", self.K_d, n)
-        return gains, seen.joint_position + holding / K_q, b, sum(ways), 0.0, seen.time
+        return gains, observation.joint_position + holding / K_q, b, sum(ways), 0.0, observation.time
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """The law of the class."""
-        seen = observation
         gains, q_bias, b, way, integral, before = memory
         K_q, K_d = gains
-        e = float(b @ turn_towards(seen.object_rotation, rotation_of(seen.desired.coordinates[3:])))
-        integral += e * (seen.time - before)
+        e = float(b @ turn_towards(observation.object_rotation, rotation_of(observation.desired.coordinates[3:])))
+        integral += e * (observation.time - before)
         q_d = q_bias + way * (self.K_P * e + self.K_I * integral)
-        u = K_q * (q_d - seen.joint_position) - K_d * seen.joint_velocity
-        return u, (gains, q_bias, b, way, integral, seen.time)
+        u = K_q * (q_d - observation.joint_position) - K_d * observation.joint_velocity
+        return u, (gains, q_bias, b, way, integral, observation.time)

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
-from numpy.typing import NDArray
 
 from softhand.model.world import World
+from softhand.numerics.arrays import Array
 
 _WORLD = pin.Convention.WORLD
 _DOUBLES_PER_POSE = 12
+
+
+class Terms(NamedTuple):
+    """The arrays of a `Snapshot`, for kernels."""
+
+    M: Array
+    J: Array
+    nle: Array
+    poses: Array
 
 
 class Snapshot:
@@ -28,18 +36,19 @@ class Snapshot:
             the world origin, then angular velocity, in world axes, shape (6, nv).
         nle: Coriolis, centrifugal and gravity terms, C(q, v) v + N(q), shape (nv,).
         poses: pose of each joint frame in the world, rotation by columns then translation [m], shape (joints, 12).
+        terms: the four together.
     """
 
     def __init__(self, world: World) -> None:
         self._model = world.model
         self._data = world.model.createData()
-        self.M: NDArray[np.float64] = self._data.M
-        self.J: NDArray[np.float64] = self._data.J
-        self.nle: NDArray[np.float64] = self._data.nle
+        self.M: Array = self._data.M
+        self.J: Array = self._data.J
+        self.nle: Array = self._data.nle
         self.poses = self._view_poses()
-        self._above = ~np.tri(world.model.nv, k=-1, dtype=bool)
+        self.terms = Terms(self.M, self.J, self.nle, self.poses)
 
-    def _view_poses(self) -> NDArray[np.float64]:
+    def _view_poses(self) -> Array:
         """All joint poses as one array; they lie one behind the other in Pinocchio's vector."""
         first = self._data.oMi[0].rotation
         stride = 8 * _DOUBLES_PER_POSE
@@ -50,28 +59,18 @@ class Snapshot:
                 raise RuntimeError(f"Pinocchio {pin.__version__} lays out joint poses differently; please report this.")
         return as_strided(first.T, shape=(self._model.njoints, _DOUBLES_PER_POSE), strides=(stride, 8))
 
-    def update(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
+    def update(self, q: Array, v: Array) -> None:
         """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""
         pin.crba(self._model, self._data, q, _WORLD)
         pin.nonLinearEffects(self._model, self._data, q, v)
 
-    def updates(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[Callable[[], Any], Callable[[], Any]]:
+    def updates(self, q: Array, v: Array) -> tuple[Callable[[], Any], Callable[[], Any]]:
         """The two calls of `update` for arrays that stay where they are, to be made one after the other."""
         return (
             partial(pin.crba, self._model, self._data, q, _WORLD),
             partial(pin.nonLinearEffects, self._model, self._data, q, v),
         )
 
-    def sense(self, q: NDArray[np.float64]) -> None:
+    def sense(self, q: Array) -> None:
         """Run at configuration q for what a controller needs: J and poses; not M, no velocity terms."""
         pin.computeJointJacobians(self._model, self._data, q)
-
-    def mass_matrix(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """M, both triangles, at configuration q, shape (nv, nv). A copy; J and poses are then those at q."""
-        upper = pin.crba(self._model, self._data, q, _WORLD)
-        return np.where(self._above, upper, upper.T)
-
-    def velocity_terms(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """C(q, v) v, shape (nv,). A copy; J and poses are then those at q."""
-        gravity = pin.computeGeneralizedGravity(self._model, self._data, q).copy()
-        return pin.nonLinearEffects(self._model, self._data, q, v) - gravity

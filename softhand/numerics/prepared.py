@@ -1,10 +1,18 @@
-"""Calls of compiled functions whose arguments are taken apart once."""
+"""Calls of compiled functions whose arguments are taken apart once.
+
+Numba takes every array apart at every call, about 40 ns each: a kernel of twenty arrays spends 0.9 us on that, more
+than on some of its work, and 0.12 us if it is prepared (`benchmarks/bench_step.py` measures both). What is done here
+rests on how numba lays out arrays and on a table of entry points that it does not document. Where that has changed, or
+`SOFTHAND_PREPARED=0` is set, the call is a plain one: slower, the same result.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from functools import cache, partial
+from importlib import import_module
 from typing import Any
 
 import numba
@@ -14,48 +22,99 @@ from numba.extending import intrinsic
 
 from softhand.numerics.compiled import compiled
 
+Kind = numba.types.Type
 
-def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...] = ()) -> Callable[..., Any]:
-    """A call of a compiled function whose arguments are taken apart only once, here.
 
-    Numba takes every array apart at every call, which for twenty of them takes longer than many a kernel. Here it is
-    given a single one, a block of memory that describes all. The arrays are kept and read anew at each call; what is in
-    them may change, where they lie may not.
+class Prepared(partial):
+    """A call with its first arguments in place. It can be pickled: what it rests on is found anew."""
+
+    function: Callable[..., Any]
+    fixed: tuple[Any, ...]
+    """Kept alive; the call itself may hold their addresses only."""
+    varying: tuple[Any, ...]
+
+    def __reduce__(self) -> Any:
+        original = self.function.py_func  # type: ignore[attr-defined]
+        return _again, (original.__module__, original.__qualname__, self.fixed, self.varying)
+
+
+def _again(module: str, name: str, fixed: tuple[Any, ...], varying: tuple[Any, ...]) -> Prepared:
+    return prepared(getattr(import_module(module), name), *fixed, varying=varying)
+
+
+def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...] = ()) -> Prepared:
+    """A call of a compiled function whose first arguments are taken apart only once, here.
+
+    They are put into one block of memory that describes all of them. The arrays are kept and read anew at each call;
+    what is in them may change, where they lie may not.
 
     Args:
         function: made by `compiled`.
-        fixed: its first arguments, the same at each call: arrays and numbers.
+        fixed: its first arguments, the same at each call: arrays, numbers, and NamedTuples of them.
         varying: examples of the remaining arguments, which the caller gives each time, always of these types.
     """
-    types = tuple(numba.typeof(argument) for argument in fixed)
-    block = np.array([word for argument in fixed for word in _words(argument)], dtype=np.int64)
-    signature = (numba.typeof(block), *(numba.typeof(argument) for argument in varying))
-    entry = _entry(function, types, len(varying))
-    if signature not in entry.overloads:
-        entry.compile(signature)
-    call: Any = partial(entry.overloads[signature].entry_point, block)
-    call.kept = fixed  # the block holds addresses only
+    if not _is_understood():
+        call = Prepared(function, *fixed)
+    else:
+        kinds = tuple(numba.typeof(argument) for argument in fixed)
+        block = np.array([word for argument in fixed for word in _words(argument)], dtype=np.int64)
+        entry = _entry(function, kinds, len(varying))
+        call = Prepared(_entry_point(entry, (numba.typeof(block), *map(numba.typeof, varying))), block)
+    call.function, call.fixed, call.varying = function, fixed, varying
     return call
 
 
-def _words(argument: Any) -> list[int]:
-    """An argument as numba holds it: an array as its parts (no owner), a number as its bits."""
-    if isinstance(argument, np.ndarray):
-        return [0, 0, argument.size, argument.itemsize, argument.ctypes.data, *argument.shape, *argument.strides]
-    if isinstance(argument, float):
-        return [int(np.float64(argument).view(np.int64))]
-    return [int(argument)]
+def _entry_point(entry: Any, signature: tuple[Kind, ...]) -> Callable[..., Any]:
+    """The machine code of a compiled function for arguments of these kinds, as a function of Python."""
+    if signature not in entry.overloads:
+        entry.compile(signature)
+    point: Callable[..., Any] = entry.overloads[signature].entry_point
+    return point
 
 
 @cache
-def _entry(function: Any, kinds: tuple[numba.types.Type, ...], n_varying: int) -> Any:
+def _is_understood() -> bool:
+    """Whether arrays and entry points of this numba are as they are taken to be: tried on a small function."""
+    if os.environ.get("SOFTHAND_PREPARED") == "0":
+        return False
+    try:
+        kinds = (numba.typeof(_SAMPLE), numba.types.float64)
+        block = np.array([word for argument in (_SAMPLE, 0.5) for word in _words(argument)], dtype=np.int64)
+        entry = _entry(_try, kinds, 0)
+        return bool(_entry_point(entry, (numba.typeof(block),))(block) == _SAMPLE[1, 2] + 0.5)
+    except Exception:
+        return False
+
+
+_SAMPLE = np.arange(12.0).reshape(3, 4)[:, 1:]
+
+
+@compiled
+def _try(matrix, number):
+    return matrix[1, 2] + number
+
+
+def _words(argument: Any) -> Iterator[int]:
+    """An argument as numba holds it: an array as its parts (no owner), a number as its bits, a tuple as its items."""
+    if isinstance(argument, tuple):
+        for item in argument:
+            yield from _words(item)
+    elif isinstance(argument, np.ndarray):
+        yield from (0, 0, argument.size, argument.itemsize, argument.ctypes.data, *argument.shape, *argument.strides)
+    elif isinstance(argument, float):
+        yield int(np.float64(argument).view(np.int64))
+    else:
+        yield int(argument)
+
+
+@cache
+def _entry(function: Any, kinds: tuple[Kind, ...], n_varying: int) -> Any:
     """The function that takes a block in place of its first arguments; it is kept on disk with its module."""
     names: dict[str, Any] = {"function": function}
     arguments, word = [], 0
-    for k, kind in enumerate(kinds):
-        names[f"load_{k}"] = _loader(kind)
-        arguments.append(f"load_{k}(block, {word})")
-        word += 5 + 2 * kind.ndim if isinstance(kind, numba.types.Array) else 1
+    for kind in kinds:
+        text, word = _load_text(kind, word, names)
+        arguments.append(text)
     rest = [f"x_{k}" for k in range(n_varying)]
     original = function.py_func
     name = f"{original.__name__}_{hashlib.sha256(repr(kinds).encode()).hexdigest()[:16]}"
@@ -65,8 +124,23 @@ def _entry(function: Any, kinds: tuple[numba.types.Type, ...], n_varying: int) -
     return compiled(names[name])
 
 
+def _load_text(kind: Any, word: int, names: dict[str, Any]) -> tuple[str, int]:
+    """Text that reads an argument of that kind from a word of the block on, and the word behind it."""
+    if isinstance(kind, numba.types.BaseNamedTuple):
+        tuple_kind: Any = kind
+        items = []
+        for item in tuple_kind.types:
+            text, word = _load_text(item, word, names)
+            items.append(text)
+        names[f"make_{tuple_kind.instance_class.__name__}"] = tuple_kind.instance_class
+        return f"make_{tuple_kind.instance_class.__name__}({', '.join(items)})", word
+    names[f"load_{word}"] = _loader(kind)
+    size = 5 + 2 * kind.ndim if isinstance(kind, numba.types.Array) else 1
+    return f"load_{word}(block, {word})", word + size
+
+
 @cache
-def _loader(kind: numba.types.Type) -> Any:
+def _loader(kind: Kind) -> Any:
     """Reads an argument of that type from a word of the block."""
     stored = kind if isinstance(kind, numba.types.Array | numba.types.Float) else numba.types.int64
 

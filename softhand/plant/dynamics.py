@@ -1,4 +1,4 @@
-"""Kernels of the equations of motion."""
+"""Kernels of the equations of motion, [Nakashima] Eqs. (46), (47)."""
 
 from __future__ import annotations
 
@@ -9,15 +9,23 @@ from softhand.numerics.linear import factor, solve
 
 
 @compiled
-def generalized_force(columns, contacts, jacobian, nle, torque, out):
-    """out = (torque, 0) - nle - J^T C_F, shape (nv,)."""
+def generalized_force(touch, nle, torque, external, out):
+    """out = (torque, 0) + external - nle - J^T C_F.
+
+    Args:
+        touch: arrays of the contacts, `plant.Touch`, evaluated.
+        nle: C v + N, shape (nv,).
+        torque: of the joints [N m, N], shape (n,).
+        external: generalized force of pushes from outside, shape (nv,).
+        out: set, shape (nv,).
+    """
     for k in range(out.shape[0]):
-        out[k] = -nle[k]
+        out[k] = external[k] - nle[k]
     for k in range(torque.shape[0]):
         out[k] += torque[k]
-    for i in range(contacts.shape[0]):
-        if not contacts[i].is_idle:
-            add_contact_force(columns[i], jacobian[i], contacts[i].force, out)
+    for i in range(touch.contacts.shape[0]):
+        if not touch.contacts[i].is_idle:
+            add_contact_force(touch.columns[i], touch.jacobian[i], touch.contacts[i].force, out)
 
 
 @compiled
@@ -40,10 +48,10 @@ def copy_mass(M, envelope, mass):
 
 
 @compiled
-def accelerate(columns, envelope, contacts, jacobian, M, nle, torque, mass, out):
-    """out = M^-1 ((torque, 0) - nle - J^T C_F); `mass` is scratch, shape (nv, nv)."""
-    generalized_force(columns, contacts, jacobian, nle, torque, out)
-    copy_mass(M, envelope, mass)
+def accelerate(touch, terms, envelope, torque, external, mass, out):
+    """out = M^-1 ((torque, 0) + external - nle - J^T C_F); `mass` is scratch, shape (nv, nv)."""
+    generalized_force(touch, terms.nle, torque, external, out)
+    copy_mass(terms.M, envelope, mass)
     if factor(mass, envelope) >= 0:
         out[:] = np.nan
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,22 @@ from softhand.contact.pads import Contact, Fingertip, Support, build_pads, conta
 from softhand.contact.records import CONTACT
 from softhand.laws.law import compile_law
 from softhand.model.snapshot import Snapshot
+from softhand.model.terms import RigidTerms
 from softhand.model.world import World
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.dynamics import accelerate
 from softhand.plant.state import State, is_at, set_at
+
+_CARRIED = ("contacts", "contact_columns", "at")
+
+
+class Touch(NamedTuple):
+    """The arrays of all contacts of a `Plant`, for kernels."""
+
+    pads: NDArray[np.void]
+    columns: NDArray[np.int64]
+    contacts: NDArray[np.void]
+    jacobian: Array
 
 
 class Plant:
@@ -34,17 +47,21 @@ class Plant:
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
         contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
+        touching: the four together.
+        rigid: mass matrix and velocity terms at any configuration.
         joints: what `configuration.integrate` needs, shape (joints, 3).
         envelope: first column of each row of the mass matrix and of M + J^T K J (lower triangle), shape (nv,).
         at: the q, v and z that contacts and the poses and Jacobians of the snapshot belong to, one behind the other;
             NaN if unknown, shape (nq + nv + nc n_memory,).
         n_memory: numbers of each contact in z of a `State`.
         can_slip: whether friction has a limit at any contact.
+        external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
     """
 
     def __init__(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support] = ()) -> None:
         self.world = world
         self.snapshot = Snapshot(world)
+        self.rigid = RigidTerms(world.model)
         self.joints = world.joints
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         every: tuple[Contact, ...] = (*self.fingertips, *self.supports)
@@ -56,7 +73,9 @@ class Plant:
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 4))
+        self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns)
         self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
+        self.external = np.zeros(world.model.nv)
         self._mass = np.zeros((world.model.nv, world.model.nv))
 
     @property
@@ -128,18 +147,17 @@ class Plant:
     def acceleration(self, torque: Array, out: Array) -> Array:
         """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).
 
-        M dv/dt = (torque, 0) - (C v + N) - J^T C_F                                                    (46), (47)
+        M dv/dt = (torque, 0) + external - (C v + N) - J^T C_F                                         (46), (47)
         """
-        snapshot = self.snapshot
-        accelerate(
-            self.columns,
-            self.envelope,
-            self.contacts,
-            self.contact_columns,
-            snapshot.M,
-            snapshot.nle,
-            torque,
-            self._mass,
-            out,
-        )
+        accelerate(self.touching, self.snapshot.terms, self.envelope, torque, self.external, self._mass, out)
         return out
+
+    def carry(self) -> dict[str, AnyArray]:
+        """What `resume` needs, as copies."""
+        return {name: getattr(self, name).copy() for name in _CARRIED}
+
+    def resume(self, state: State, carried: dict[str, AnyArray]) -> None:
+        """Be as a plant was when `carry` was called there, at that state."""
+        self.snapshot.update(state.q, state.v)
+        for name in _CARRIED:
+            getattr(self, name)[...] = carried[name]

@@ -19,7 +19,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair", "support")
+LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -93,6 +93,11 @@ VARIABLES: dict[str, Variable] = {
     ),
     "support_is_slipping": Variable(_SUPPORT, "1", "1 where the step before slipped, else 0", np.int8),
     "support_slip_loss": Variable(_SUPPORT, "J", "work lost to slip since the start"),
+    "external_force": Variable(
+        ("time", "velocity"),
+        "N m or N",
+        "generalized force of pushes from outside, as applied: of the joints, then of the object in its own frame",
+    ),
     "object_position_desired": Variable(_XYZ, "m", "desired origin of the object frame, in the world"),
     "object_rpy_desired": Variable(_RPY, "rad", "desired orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),

@@ -1,191 +1,357 @@
-"""What a controller sees: everything about the grasp at one instant, as ready arrays."""
+"""What a controller sees: everything about the grasp at one instant, as plain numbers by name."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from softhand.contact.pads import Fingertip
-from softhand.contact.pairs import contact_pairs
-from softhand.model.world import Tip
+from softhand.model.terms import RigidTerms
 from softhand.numerics.arrays import Array
-from softhand.numerics.spatial import carried, cross_matrix
+from softhand.numerics.spatial import cross_matrix
 from softhand.plant.plant import Plant
 from softhand.references.reference import Desired
+from softhand.sensing.fields import FIELDS, SPANS, Sizes, fields
+from softhand.settings.wording import nearest
+
+
+@dataclass(frozen=True)
+class Known:
+    """What stays the same at all observations of a plant."""
+
+    sizes: Sizes
+    fingertips: tuple[Fingertip, ...]
+    tip_names: tuple[str, ...]
+    effort_limit: Array
+    object_mass: float
+    object_lever: Array
+    gravity: Array
+    rigid: RigidTerms
+
+    @classmethod
+    def of(cls, plant: Plant, pairs: int) -> Known:
+        """That of a plant with so many pairs of contacts."""
+        world = plant.world
+        inertia: pin.Inertia = world.model.inertias[world.object_joint]
+        known = cls(
+            Sizes(world.n_joints, world.model.nq, world.n_tips, len(plant.supports), pairs),
+            plant.fingertips,
+            tuple(tip.name for tip in world.tips),
+            world.effort_limit.copy(),
+            float(inertia.mass),
+            np.array(inertia.lever),
+            np.array(world.gravity),
+            plant.rigid,
+        )
+        for array in (known.effort_limit, known.object_lever, known.gravity):
+            array.flags.writeable = False
+        return known
 
 
 class Observation:
     """The grasp at one instant. SI units; world axes unless said otherwise.
 
-    The arrays are live: the next control period overwrites them. Copy what you keep, write to none of them.
-    n joints, nc contacts, np = nc (nc - 1) / 2 pairs of contacts.
+    What a controller is handed is the measurement of now: its arrays can be read, not written, and the next control
+    period overwrites them. `copy` gives one of one's own, to keep, delay or disturb: its fields can be written, or
+    set, `mine.object_position = ...`, and a controller answers to what is in it.
 
-    Attributes:
-        time: [s].
-        configuration: q of the rigid-body model, `State.q`, shape (nq,).
-        joint_position: q_F [rad], shape (n,).
-        joint_velocity: q_F' [rad/s], shape (n,).
-        q_O: position of the object frame [m], then roll, pitch, yaw [rad], R = R_z R_y R_x, shape (6,).
-        object_position: its first half, shape (3,).
-        object_rpy: its second half, shape (3,).
-        object_rotation: axes of the object frame, shape (3, 3).
-        object_twist: velocity of the object frame's origin [m/s], then angular velocity [rad/s], shape (6,).
-        T_O: object_twist = T_O q_O', shape (6, 6).
-        contact_point: contact points [m], shape (nc, 3).
-        contact_rotation: axes of the contact frames C_F (x_C, y_C, outward normal of the tip), shape (nc, 3, 3).
-        contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4).
-        contact_angles: Theta, Phi [rad], shape (nc, 2).
-        deformation: dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates,
-            shape (nc, 4).
-        deformation_rate: its rate, shape (nc, 4).
-        tip_position: centres of the hemispheres' flat faces [m], shape (nc, 3).
-        friction_use: |f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,).
-        limit_surface_use: the same with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,).
-        is_slipping: 1 where the last step slipped, shape (nc,).
-        eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5), see
-            `contact_coordinates`.
-        eta_rate: its rate by (38)-(41), with the sign of (39) mended, shape (nc, 5).
-        J_CF_f: Jacobian from q_F' to the tip's velocity at the contacts in C_F, rows of the forces, shape (3 nc, n).
-        J_CF_tau: the same, rows of the torsion moments, shape (nc, n).
-        J_O_f: Jacobian from q_O' to the object's velocity at the contacts in C_F, shape (3 nc, 6).
-        J_O_tau: the same, rows of the torsion moments, shape (nc, 6).
-        K: kernel of J_O_f^T, one column a pair of contacts, (58); f_N > 0 squeezes, shape (3 nc, np).
-        internal_force: f_N = K^+ f_C [N], shape (np,).
-        N_F: gravity terms of the joints [N m], shape (n,).
-        N_O: gravity terms of the object in the coordinates q_O, shape (6,).
-        effort_limit: largest torque of each joint [N m], shape (n,).
-        desired: what the reference asks for now.
-        fingertips: law, friction and face (in the object frame) of each tip; constants.
-        tip_names: of the fingertips, in their order; constants.
-        object_mass: [kg]; a constant.
-        object_lever: from the origin of the object frame to the centre of mass, in that frame [m], shape (3,); a
-            constant.
-        gravity: [m/s^2], world axes, shape (3,); a constant.
+    n joints, nc contacts of fingertips, ns supports, np = nc (nc - 1) / 2 pairs of contacts. Recordings call the same
+    things by the same names. The letters of the paper are there as second names: q_O, T_O, eta, K, f_N, N_F, J_CF_f ...
     """
 
-    def __init__(self, plant: Plant, desired: Desired) -> None:
-        world = plant.world
-        contacts: Any = plant.tip_contacts
-        n, nc, pairs = world.n_joints, world.n_tips, len(contact_pairs(world.n_tips))
-        self.time = 0.0
-        self.desired = desired
-        self.effort_limit = world.effort_limit
-        self.joint_position, self.joint_velocity = np.zeros(n), np.zeros(n)
-        self.q_O, self.object_twist = np.zeros(6), np.zeros(6)
-        self.object_position, self.object_rpy = self.q_O[:3], self.q_O[3:]
-        self.object_rotation, self.T_O = np.zeros((3, 3)), np.zeros((6, 6))
-        self.contact_point, self.contact_rotation = contacts["point"], contacts["rotation"]
-        self.contact_force, self.contact_angles = contacts["force"], contacts["angles"]
-        self.deformation, self.deformation_rate = contacts["deformation"], contacts["deformation_rate"]
-        self.tip_position = contacts["tip"]
-        self.limit_surface_use, self.is_slipping = contacts["limit_surface_use"], contacts["is_slipping"]
-        self.friction_use, self.eta, self.eta_rate = np.zeros(nc), np.zeros((nc, 5)), np.zeros((nc, 5))
-        self.J_CF_f, self.J_CF_tau = np.zeros((3 * nc, n)), np.zeros((nc, n))
-        self.J_O_f, self.J_O_tau = np.zeros((3 * nc, 6)), np.zeros((nc, 6))
-        self.K, self.internal_force = np.zeros((3 * nc, pairs)), np.zeros(pairs)
-        self.N_F, self.N_O = np.zeros(n), np.zeros(6)
-        inertia = world.model.inertias[world.object_joint]
-        self.fingertips: tuple[Fingertip, ...] = plant.fingertips
-        self.tip_names = tuple(tip.name for tip in world.tips)
-        self.object_mass, self.object_lever = float(inertia.mass), np.array(inertia.lever)
-        self.gravity = world.gravity
-        self.configuration = np.zeros(world.model.nq)
-        self._snapshot, self._tips = plant.snapshot, world.tips
+    time: float
+    """[s]"""
+    configuration: Array
+    """q of the rigid-body model, as in `State`, shape (nq,)."""
+    joint_position: Array
+    """q_F [rad, m of a slide], shape (n,)."""
+    joint_velocity: Array
+    """q_F' [rad/s, m/s], shape (n,)."""
+    gravity_torque: Array
+    """N_F, what holds the hand against gravity [N m, N], shape (n,)."""
+    object_position: Array
+    """Origin of the object frame [m], shape (3,)."""
+    object_rpy: Array
+    """Roll, pitch, yaw of the object [rad], R = R_z(yaw) R_y(pitch) R_x(roll), shape (3,)."""
+    object_coordinates: Array
+    """q_O, position and roll, pitch, yaw together, shape (6,)."""
+    object_rotation: Array
+    """Axes of the object frame as columns, shape (3, 3)."""
+    object_twist: Array
+    """Velocity of the origin of the object frame [m/s], then angular velocity [rad/s], shape (6,)."""
+    object_gravity: Array
+    """Force [N], and moment about the origin of the object frame [N m], that hold the object, shape (6,)."""
+    coordinate_map: Array
+    """T_O, object_twist = T_O q_O', shape (6, 6); singular at pitch 90 deg."""
+    N_O: Array
+    """T_O^T object_gravity: gravity terms of the object in the coordinates q_O, shape (6,)."""
+    tip_position: Array
+    """Centres of the hemispheres' flat faces [m], shape (nc, 3)."""
+    tip_rotation: Array
+    """Axes of the finger frames F, shape (nc, 3, 3)."""
+    tip_jacobian: Array
+    """J_i, from q_F' to the velocity of `tip_position`, shape (nc, 3, n)."""
+    tip_angular_jacobian: Array
+    """From q_F' to the angular velocity of the tips, shape (nc, 3, n)."""
+    contact_point: Array
+    """Contact points [m], shape (nc, 3)."""
+    contact_rotation: Array
+    """Axes of the contact frames C_F (x_C, y_C, outward normal of the tip), shape (nc, 3, 3)."""
+    contact_force: Array
+    """f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4)."""
+    contact_angles: Array
+    """Theta, Phi [rad], shape (nc, 2)."""
+    contact_coordinates: Array
+    """eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5)."""
+    contact_coordinates_rate: Array
+    """eta' by (38)-(41), with the sign of (39) mended, shape (nc, 5)."""
+    contact_feature: Array
+    """1 over a face of the object or a curved surface, 2 over an edge, 3 over a vertex, shape (nc,)."""
+    deformation: Array
+    """dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates, (nc, 4).
+    A recording has the angles s / R in place of s."""
+    deformation_rate: Array
+    """Its rate, shape (nc, 4)."""
+    friction_use: Array
+    """|f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,)."""
+    limit_surface_use: Array
+    """The same with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,)."""
+    is_slipping: Array
+    """1 where the last step slipped, shape (nc,)."""
+    slip_travel: Array
+    """Way that each tip has slipped since the start [m], shape (nc,)."""
+    slip_twist: Array
+    """Angle that it has slipped about its normal [rad], shape (nc,)."""
+    slip_loss: Array
+    """Work that its slip has lost [J], shape (nc,)."""
+    support_force: Array
+    """As `contact_force`, of the supports, shape (ns, 4)."""
+    support_deformation: Array
+    """Depth, shear [m] and torsion [rad] of each support, shape (ns, 4)."""
+    support_point: Array
+    """Where each support touches, or touched last [m], shape (ns, 3)."""
+    support_rotation: Array
+    """As `contact_rotation`, shape (ns, 3, 3)."""
+    support_is_slipping: Array
+    """1 where the last step slipped, shape (ns,)."""
+    support_slip_loss: Array
+    """Work that the slip of each has lost [J], shape (ns,)."""
+    internal_force: Array
+    """f_N = K^+ f_C, between each pair of contacts [N], shape (np,)."""
+    internal_force_basis: Array
+    """K of (58): contact forces that add up to nothing, a column for each pair; f_N > 0 squeezes, shape (3 nc, np)."""
+    hand_force_jacobian: Array
+    """J_CF^f, from q_F' to the velocity of the tips at the contacts in C_F, shape (3 nc, n)."""
+    hand_torsion_jacobian: Array
+    """J_CF^tau, from q_F' to the spin of the tips about the contact normals, shape (nc, n)."""
+    object_force_jacobian: Array
+    """From `object_twist` to the velocity of the object at the contacts in C_F, shape (3 nc, 6)."""
+    object_torsion_jacobian: Array
+    """From `object_twist` to the spin of the object about the contact normals, shape (nc, 6)."""
+    J_O_f: Array
+    """The former from q_O', as the paper has it: object_force_jacobian T_O, shape (3 nc, 6)."""
+    J_O_tau: Array
+    """The latter from q_O': object_torsion_jacobian T_O, shape (nc, 6)."""
+    object_position_desired: Array
+    """First half of q_Od [m], shape (3,)."""
+    object_rpy_desired: Array
+    """Second half of q_Od [rad], shape (3,)."""
+    object_coordinates_desired: Array
+    """q_Od, shape (6,)."""
+    object_coordinates_rate_desired: Array
+    """q_Od', shape (6,)."""
+    object_coordinates_acceleration_desired: Array
+    """q_Od'', shape (6,)."""
+    internal_force_desired: Array
+    """f_Nd [N], shape (np,)."""
+    opening_desired: Array
+    """How far the tips shall stand off [m], shape (1,)."""
+    carried_desired: Array
+    """Share of the object's weight that the fingers shall carry, shape (1,)."""
+
+    def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
+        views = fields.py_func(block, known.sizes)._asdict()
+        if is_live:
+            for view in views.values():
+                view.flags.writeable = False
+        self.__dict__.update(views, time=time, known=known, block=block)
+        self.__dict__["desired"] = Desired(
+            self.object_coordinates_desired,
+            self.object_coordinates_rate_desired,
+            self.object_coordinates_acceleration_desired,
+            self.internal_force_desired,
+            self.opening_desired,
+            self.carried_desired,
+        )
+
+    block: Array
+    """All fields one behind the other, for kernels: `sensing.fields.fields(block, known.sizes)` has them by name."""
+    known: Known
+    """What is the same at all observations."""
+    desired: Desired
+    """What the reference asks for now: the fields named `..._desired` as one record."""
+
+    def copy(self) -> Observation:
+        """One of one's own, which can be changed."""
+        return Observation(self.known, self.block.copy(), self.time)
+
+    def __copy__(self) -> Observation:
+        return self.copy()
+
+    def __deepcopy__(self, memo: Any) -> Observation:
+        return self.copy()
+
+    def __reduce__(self) -> Any:
+        return Observation, (self.known, self.block.copy(), self.time)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        name = ALIASES.get(name, name)
+        if name == "time":
+            self.__dict__["time"] = float(value)
+        elif name in FIELDS or name in SPANS:
+            if not self.__dict__[name].flags.writeable:
+                raise AttributeError(f"what is observed now can only be read; set {name!r} of observation.copy()")
+            self.__dict__[name][...] = value
+        else:
+            near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise AttributeError(f"an observation has no field {name!r} that can be set{hint}")
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ALIASES:
+            return getattr(self, ALIASES[name])
+        near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
+        raise AttributeError(f"an observation has no {name!r}" + (f"; did you mean {near!r}?" if near else ""))
+
+    def __repr__(self) -> str:
+        return f"<Observation at t = {self.time:g} s: {', '.join(FIELDS)}>"
 
     @property
-    def J_CF(self) -> Array:
-        """[J_CF_f; J_CF_tau] with the four rows of each contact together, as in (43), shape (4 nc, n). A copy."""
-        return _interleave(self.J_CF_f, self.J_CF_tau)
+    def fingertips(self) -> tuple[Fingertip, ...]:
+        """Law, friction and face (in the object frame) of each tip; constants."""
+        return self.known.fingertips
+
+    @property
+    def tip_names(self) -> tuple[str, ...]:
+        """Of the fingertips, in their order; constants."""
+        return self.known.tip_names
+
+    @property
+    def effort_limit(self) -> Array:
+        """Largest torque of each joint [N m, N], shape (n,); a constant."""
+        return self.known.effort_limit
+
+    @property
+    def object_mass(self) -> float:
+        """[kg]; a constant."""
+        return self.known.object_mass
+
+    @property
+    def object_lever(self) -> Array:
+        """From the origin of the object frame to the centre of mass, in that frame [m], shape (3,); a constant."""
+        return self.known.object_lever
+
+    @property
+    def gravity(self) -> Array:
+        """[m/s^2], shape (3,); a constant."""
+        return self.known.gravity
+
+    @property
+    def hand_jacobian(self) -> Array:
+        """J_CF, from q_F' to the velocities of the tips at the contacts, four rows a contact, (43), shape (4 nc, n)."""
+        return _interleave(self.hand_force_jacobian, self.hand_torsion_jacobian)
+
+    @property
+    def grasp_matrix(self) -> Array:
+        """G, wrench on the object about its origin = G contact_force.ravel(), shape (6, 4 nc). J_O = G^T T_O."""
+        return _interleave(self.object_force_jacobian, self.object_torsion_jacobian).T
 
     @property
     def J_O(self) -> Array:
-        """[J_O_f; J_O_tau] with the four rows of each contact together, as in (43), shape (4 nc, 6). A copy."""
+        """From q_O' to the velocities of the object at the contacts, four rows a contact, (43), shape (4 nc, 6)."""
         return _interleave(self.J_O_f, self.J_O_tau)
 
     @property
-    def tip_rotation(self) -> Array:
-        """Axes of the finger frames F, shape (nc, 3, 3). A copy. Depends on q_F alone, as `tip_position` does."""
-        poses = self._snapshot.poses
-        return np.stack([poses[tip.joint, :9].reshape(3, 3).T @ tip.rotation for tip in self._tips])
+    def f_C(self) -> Array:
+        """Contact forces without the torsion moments, (49) [N], shape (3 nc,)."""
+        return self.contact_force[:, :3].ravel()
 
     @property
-    def tip_jacobian(self) -> Array:
-        """J_i, Jacobian from q_F' to the velocity of `tip_position`, shape (nc, 3, n). A copy."""
-        at_origin = _cut(self._snapshot.J[:3], self._tips, self.N_F.shape[0])
-        return carried(at_origin, self.tip_angular_jacobian, self.tip_position)
+    def tau_C(self) -> Array:
+        """Torsion moments, (49) [N m], shape (nc,)."""
+        return self.contact_force[:, 3]
 
     @property
-    def tip_angular_jacobian(self) -> Array:
-        """Jacobian from q_F' to the angular velocity of the tips, world axes, shape (nc, 3, n). A copy."""
-        return _cut(self._snapshot.J[3:], self._tips, self.N_F.shape[0])
+    def object_coordinates_rate(self) -> Array:
+        """q_O' [m/s, rad/s], shape (6,)."""
+        return np.asarray(np.linalg.solve(self.coordinate_map, self.object_twist))
 
     @property
-    def q_O_rate(self) -> Array:
-        """q_O' [m/s, rad/s], shape (6,). A copy."""
-        return np.asarray(np.linalg.solve(self.T_O, self.object_twist))
+    def hand_mass_matrix(self) -> Array:
+        """M_F, mass matrix of the hand at `configuration`, shape (n, n)."""
+        n = self.known.sizes.n
+        return self.known.rigid.mass_matrix(self.configuration)[:n, :n]
 
     @property
-    def velocity_terms_F(self) -> Array:
-        """Coriolis and centrifugal terms of the hand, C_F q_F' [N m], shape (n,). A copy."""
-        return self._velocity_terms()[: self.N_F.shape[0]]
+    def object_mass_matrix(self) -> Array:
+        """M_O, mass matrix of the object in the coordinates q_O, shape (6, 6)."""
+        n = self.known.sizes.n
+        return self._to_body.T @ self.known.rigid.mass_matrix(self.configuration)[n:, n:] @ self._to_body
 
     @property
-    def velocity_terms_O(self) -> Array:
-        """Coriolis and centrifugal terms of the object in the coordinates q_O, C_O q_O', shape (6,). A copy."""
-        n, R = self.N_F.shape[0], self.object_rotation
+    def hand_velocity_terms(self) -> Array:
+        """Coriolis and centrifugal terms of the hand, C_F q_F' [N m], shape (n,)."""
+        return self._velocity_terms()[: self.known.sizes.n]
+
+    @property
+    def object_velocity_terms(self) -> Array:
+        """Coriolis and centrifugal terms of the object in the coordinates q_O, C_O q_O', shape (6,)."""
+        n, R = self.known.sizes.n, self.object_rotation
         velocity, turning = self.object_twist[:3], self.object_twist[3:]
-        roll_rate, pitch_rate, yaw_rate = self.q_O_rate[3:]
-        roll_axis, pitch_axis, yaw_axis = self.T_O[3:, 3:].T
+        roll_rate, pitch_rate, yaw_rate = self.object_coordinates_rate[3:]
+        roll_axis, pitch_axis, yaw_axis = self.coordinate_map[3:, 3:].T
         # acceleration of the body's own velocity where q_O'' = 0
         tilting = pitch_rate * yaw_rate * cross_matrix(yaw_axis) @ pitch_axis
         tilting += roll_rate * cross_matrix(yaw_rate * yaw_axis + pitch_rate * pitch_axis) @ roll_axis
         bias = np.concatenate([-R.T @ cross_matrix(turning) @ velocity, R.T @ tilting])
-        M_body = self._snapshot.mass_matrix(self.configuration)[n:, n:]
+        M_body = self.known.rigid.mass_matrix(self.configuration)[n:, n:]
         return self._to_body.T @ (M_body @ bias + self._velocity_terms()[n:])
 
     def _velocity_terms(self) -> Array:
         R, twist = self.object_rotation, self.object_twist
         v = np.concatenate([self.joint_velocity, R.T @ twist[:3], R.T @ twist[3:]])
-        return self._snapshot.velocity_terms(self.configuration, v)
+        return self.known.rigid.velocity_terms(self.configuration, v)
 
     @property
     def _to_body(self) -> Array:
         """Velocity of the object in its own frame from q_O', shape (6, 6)."""
         to_body = np.zeros((6, 6))
         to_body[:3, :3] = to_body[3:, 3:] = self.object_rotation.T
-        return to_body @ self.T_O
-
-    @property
-    def M_F(self) -> Array:
-        """Mass matrix of the hand, shape (n, n). A copy."""
-        n = self.joint_position.shape[0]
-        return self._snapshot.mass_matrix(self.configuration)[:n, :n]
-
-    @property
-    def M_O(self) -> Array:
-        """Mass matrix of the object in the coordinates q_O, shape (6, 6). A copy."""
-        n = self.joint_position.shape[0]
-        return self._to_body.T @ self._snapshot.mass_matrix(self.configuration)[n:, n:] @ self._to_body
-
-    @property
-    def f_C(self) -> Array:
-        """Contact forces without the torsion moments, (49) [N], shape (3 nc,). A copy."""
-        return self.contact_force[:, :3].ravel()
-
-    @property
-    def tau_C(self) -> Array:
-        """Torsion moments, (49) [N m], shape (nc,). A view."""
-        return self.contact_force[:, 3]
+        return to_body @ self.coordinate_map
 
 
-def _cut(J: Array, tips: tuple[Tip, ...], n: int) -> Array:
-    """The columns of J that move each tip, zero elsewhere, shape (nc, 3, n)."""
-    rows = np.zeros((len(tips), 3, n))
-    for row, tip in zip(rows, tips, strict=True):
-        columns = list(tip.columns)
-        row[:, columns] = J[:, columns]
-    return rows
+ALIASES = {
+    "q_F": "joint_position",
+    "q_O": "object_coordinates",
+    "q_O_rate": "object_coordinates_rate",
+    "T_O": "coordinate_map",
+    "eta": "contact_coordinates",
+    "eta_rate": "contact_coordinates_rate",
+    "f_N": "internal_force",
+    "K": "internal_force_basis",
+    "N_F": "gravity_torque",
+    "J_CF": "hand_jacobian",
+    "J_CF_f": "hand_force_jacobian",
+    "J_CF_tau": "hand_torsion_jacobian",
+    "M_F": "hand_mass_matrix",
+    "M_O": "object_mass_matrix",
+    "velocity_terms_F": "hand_velocity_terms",
+    "velocity_terms_O": "object_velocity_terms",
+}
+"""The letters of the paper, and what they stand for."""
 
 
 def _interleave(force_rows: Array, moment_rows: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,23 +14,68 @@ from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pairs import contact_pairs
 from softhand.model.configuration import CONTINUOUS
 from softhand.model.gravity import gravity_forces
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import State, is_at
 from softhand.references.reference import Desired
+from softhand.sensing.fields import fields, room
 from softhand.sensing.internal_forces import internal_forces
-from softhand.sensing.observation import Observation
+from softhand.sensing.observation import Known, Observation
+
+
+class Body(NamedTuple):
+    """What the sensor knows of the rigid bodies."""
+
+    joints: AnyArray
+    """As `World.joints`."""
+    tip_joints: AnyArray
+    """Joint that carries each tip, shape (nc,)."""
+    tip_rotations: Array
+    """Axes of F in the frame of that joint, shape (nc, 3, 3)."""
+    pairs: AnyArray
+    """Contacts that an internal force acts between, shape (np, 2)."""
+    bodies: AnyArray
+    """As `World.bodies`."""
+    gravity: Array
+    """[m/s^2], shape (3,)."""
+    moments: Array
+    """Scratch of `gravity_forces`."""
+    gravity_terms: Array
+    """N(q), shape (nv,)."""
+
+
+class Wanted(NamedTuple):
+    """The arrays of a `Desired`."""
+
+    coordinates: Array
+    coordinates_rate: Array
+    coordinates_acceleration: Array
+    internal_force: Array
+    opening: Array
+    carried: Array
 
 
 class Sensor:
     """Keeps an observation up to date; without Pinocchio where the stepper has left the plant at the very state."""
 
     def __init__(self, plant: Plant, desired: Desired) -> None:
-        self._plant = plant
-        self._pairs = np.array(contact_pairs(plant.world.n_tips), dtype=np.int64)
-        self.observation = Observation(plant, desired)
-        self._moments, self._gravity = np.zeros((plant.world.model.njoints, 4)), np.zeros(plant.world.model.nv)
+        world, pairs = plant.world, contact_pairs(plant.world.n_tips)
+        self._plant, self._desired = plant, desired
+        self._body = Body(
+            plant.joints,
+            np.array([tip.joint for tip in world.tips], dtype=np.int64),
+            np.array([tip.rotation for tip in world.tips]),
+            np.array(pairs, dtype=np.int64).reshape(-1, 2),
+            world.bodies,
+            world.gravity,
+            np.zeros((world.model.njoints, 4)),
+            np.zeros(world.model.nv),
+        )
+        known = Known.of(plant, len(pairs))
+        self.block = np.zeros(room(known.sizes))
+        self.observation = Observation(known, self.block, is_live=True)
         self._state: State | None = None
 
     def observe(self, state: State, time: float) -> Observation:
@@ -43,47 +89,69 @@ class Sensor:
         return self.observation
 
     def _prepare(self, state: State) -> None:
-        plant, snapshot, seen = self._plant, self._plant.snapshot, self.observation
-        self._state, seen.configuration = state, state.q
+        plant, desired, sizes = self._plant, self._desired, self.observation.known.sizes
+        self._state = state
         self._observe = prepared(
-            _observe, plant.pads, plant.columns, plant.joints, self._pairs, snapshot.poses, snapshot.J,
-            plant.world.bodies, plant.world.gravity, self._moments, self._gravity, plant.at, state.q, state.v, state.z,
-            plant.contacts, plant.contact_columns, seen.joint_position, seen.joint_velocity, seen.q_O,
-            seen.object_rotation, seen.object_twist, seen.T_O, seen.N_F, seen.N_O, seen.J_CF_f, seen.J_CF_tau,
-            seen.J_O_f, seen.J_O_tau, seen.friction_use, seen.eta, seen.eta_rate, seen.K, seen.internal_force,
+            _observe,
+            self._body,
+            plant.touching,
+            plant.snapshot.terms,
+            Wanted(*(getattr(desired, name) for name in Wanted._fields)),
+            state.arrays,
+            plant.at,
+            self.block,
+            sizes,
             varying=(True,),
-        )  # fmt: skip
+        )
 
 
 @compiled
-def _observe(
-    pads, columns, joints, pairs, poses, J, bodies, acceleration, moments, gravity, at, q, v, z, contacts,
-    contact_columns, joint_position, joint_velocity, q_O, rotation, twist, T_O, N_F, N_O, J_CF_f, J_CF_tau, J_O_f,
-    J_O_tau, friction_use, eta, eta_rate, K, internal_force, evaluated,
-):  # fmt: skip
+def _observe(body, touch, terms, desired, state, at, block, sizes, evaluated):
     """Everything but the time; False if the plant is said to be evaluated at this state and is not."""
+    contacts, poses, J = touch.contacts, terms.poses, terms.J
     if not evaluated:
-        evaluate_contacts(pads, columns, poses, J, v, z, 0.0, False, contacts, contact_columns)
+        evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, False, contacts, touch.jacobian)
         at[0] = math.nan
-    elif is_at(q, v, z, at):
-        move_contacts(columns, contacts, contact_columns, v)
-        forbid_pull(pads, contacts)
+    elif is_at(state.q, state.v, state.z, at):
+        move_contacts(touch.columns, contacts, touch.jacobian, state.v)
+        forbid_pull(touch.pads, contacts)
     else:
         return False
-    gravity_forces(bodies, acceleration, poses, J, moments, gravity)
-    for k in range(joint_position.shape[0]):
-        i = joints[k, 1]
-        joint_position[k] = math.atan2(q[i + 1], q[i]) if joints[k, 0] == CONTINUOUS else q[i]
-        joint_velocity[k], N_F[k] = v[k], gravity[k]
-    _describe_object(poses[poses.shape[0] - 1], v, gravity, q_O, rotation, twist, T_O, N_O)
-    _describe_contacts(pads, contacts, columns, contact_columns, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau,
-                       friction_use, eta, eta_rate)  # fmt: skip
-    internal_forces(contacts, pairs, K, internal_force)
+    observed = fields(block, sizes)
+    # joints: q_F, q_F', N_F
+    gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
+    for k in range(observed.joint_position.shape[0]):
+        i = body.joints[k, 1]
+        is_angle = body.joints[k, 0] == CONTINUOUS
+        observed.joint_position[k] = math.atan2(state.q[i + 1], state.q[i]) if is_angle else state.q[i]
+        observed.joint_velocity[k], observed.gravity_torque[k] = state.v[k], body.gravity_terms[k]
+    for k in range(state.q.shape[0]):
+        observed.configuration[k] = state.q[k]
+    _describe_object(poses[poses.shape[0] - 1], state.v, body.gravity_terms, observed)
+    _describe_tips(body, touch.columns, poses, J, contacts, observed)
+    _describe_contacts(touch, poses, J, state.v, observed)
+    _describe_supports(contacts, observed)
+    # internal forces, f_N = K^+ f_C                                                                 (58)
+    internal_forces(contacts, body.pairs, observed.internal_force_basis, observed.internal_force)
+    _copy_desired(desired, observed)
     return True
 
 
 @compiled
-def _describe_object(pose, v, gravity, q_O, rotation, twist, T_O, N_O):
+def _copy_desired(desired, observed):
+    for k in range(6):
+        observed.object_coordinates_desired[k] = desired.coordinates[k]
+        observed.object_coordinates_rate_desired[k] = desired.coordinates_rate[k]
+        observed.object_coordinates_acceleration_desired[k] = desired.coordinates_acceleration[k]
+    for k in range(desired.internal_force.shape[0]):
+        observed.internal_force_desired[k] = desired.internal_force[k]
+    observed.opening_desired[0], observed.carried_desired[0] = desired.opening[0], desired.carried[0]
+
+
+@compiled
+def _describe_object(pose, v, gravity, observed):
+    """q_O, T_O, twist in world axes, N_O."""
+    q_O, rotation, T_O = observed.object_coordinates, observed.object_rotation, observed.coordinate_map
     for row in range(3):
         q_O[row] = pose[9 + row]
         for k in range(3):
@@ -99,59 +167,134 @@ def _describe_object(pose, v, gravity, q_O, rotation, twist, T_O, N_O):
     T_O[3, 3], T_O[4, 3], T_O[5, 3] = rotation[0, 0], rotation[1, 0], rotation[2, 0]
     T_O[3, 4], T_O[4, 4], T_O[5, 4] = -sin_yaw, cos_yaw, 0.0
     T_O[3, 5], T_O[4, 5], T_O[5, 5] = 0.0, 0.0, 1.0
-    column = v.shape[0] - 6
+    # from body to world axes; gravity terms are the wrench that holds, about the origin of the object frame
+    twist, wrench, N_O, column = observed.object_twist, observed.object_gravity, observed.N_O, v.shape[0] - 6
     for k in range(6):
-        twist[k], N_O[k] = 0.0, 0.0
+        twist[k], wrench[k], N_O[k] = 0.0, 0.0, 0.0
     for row in range(3):
-        moment = 0.0
         for k in range(3):
             twist[row] += rotation[row, k] * v[column + k]
             twist[3 + row] += rotation[row, k] * v[column + 3 + k]
-            N_O[row] += rotation[row, k] * gravity[column + k]
-            moment += rotation[row, k] * gravity[column + 3 + k]
+            wrench[row] += rotation[row, k] * gravity[column + k]
+            wrench[3 + row] += rotation[row, k] * gravity[column + 3 + k]
+        N_O[row] = wrench[row]
         for k in range(3):
-            N_O[3 + k] += T_O[3 + row, 3 + k] * moment
+            N_O[3 + k] += T_O[3 + row, 3 + k] * wrench[3 + row]
 
 
 @compiled
-def _describe_contacts(
-    pads, contacts, columns, jacobian, poses, J, v, T_O, J_CF_f, J_CF_tau, J_O_f, J_O_tau, friction_use, eta, eta_rate
-):  # fmt: skip
-    object_pose = poses[poses.shape[0] - 1]
-    for i in range(eta.shape[0]):
-        contact = contacts[i]
+def _describe_tips(body, columns, poses, J, contacts, observed):
+    """Finger frames F and their Jacobians: what depends on the joints alone."""
+    n = observed.joint_position.shape[0]
+    for i in range(body.tip_joints.shape[0]):
+        pose, R = poses[body.tip_joints[i]], body.tip_rotations[i]
+        x, y, z = contacts[i].tip[0], contacts[i].tip[1], contacts[i].tip[2]
+        observed.tip_position[i, 0], observed.tip_position[i, 1], observed.tip_position[i, 2] = x, y, z
+        for row in range(3):
+            for k in range(3):
+                observed.tip_rotation[i, row, k] = (
+                    pose[row] * R[0, k] + pose[3 + row] * R[1, k] + pose[6 + row] * R[2, k]
+                )
+        linear, angular = observed.tip_jacobian[i], observed.tip_angular_jacobian[i]
         for a in range(columns.shape[1]):
             column = columns[i, a]
-            if column < 0 or column >= J_CF_tau.shape[1]:
+            if column < 0 or column >= n:
                 break
-            for row in range(3):
-                J_CF_f[3 * i + row, column] = jacobian[i, a, row]
-            J_CF_tau[i, column] = jacobian[i, a, 3]
-        _object_rows(contact, object_pose, T_O, J_O_f[3 * i : 3 * i + 3], J_O_tau[i])
-        f = contact.force
-        limit = contact.friction * max(f[2], 0.0)
-        tangential = math.hypot(f[0], f[1])
-        friction_use[i] = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
-        if pads[i].can_slip and pads[i].is_damped:  # the limit was kept before viscosity followed the velocity
-            most = contact.limit_surface_use * contact.static_friction / contact.friction
-            friction_use[i] = min(friction_use[i], most)
-        if not pads[i].can_slip:
-            length = spin_length(pads[i], contact.distance)
-            contact.limit_surface_use = limit_surface_use(f, contact.friction, length)
-        contact_coordinates(pads[i], contact, columns[i], object_pose, J, v, eta[i], eta_rate[i])
+            wx, wy, wz = J[3, column], J[4, column], J[5, column]
+            angular[0, column], angular[1, column], angular[2, column] = wx, wy, wz
+            linear[0, column] = J[0, column] + wy * z - wz * y
+            linear[1, column] = J[1, column] + wz * x - wx * z
+            linear[2, column] = J[2, column] + wx * y - wy * x
 
 
 @compiled
-def _object_rows(contact, object_pose, T_O, force_rows, moment_row):
-    """J_O: velocity of the object's point at the contact in C_F, from q_O'."""
+def _describe_contacts(touch, poses, J, v, observed):
+    """Forces and deformations, Jacobians by the velocities of joints and object, friction, eta."""
+    object_pose, T_O = poses[poses.shape[0] - 1], observed.coordinate_map
+    for i in range(observed.friction_use.shape[0]):
+        pad, contact, columns = touch.pads[i], touch.contacts[i], touch.columns[i]
+        for a in range(columns.shape[0]):
+            column = columns[a]
+            if column < 0 or column >= observed.joint_position.shape[0]:
+                break
+            for row in range(3):
+                observed.hand_force_jacobian[3 * i + row, column] = touch.jacobian[i, a, row]
+            observed.hand_torsion_jacobian[i, column] = touch.jacobian[i, a, 3]
+        force_rows, moment_row = observed.object_force_jacobian[3 * i : 3 * i + 3], observed.object_torsion_jacobian[i]
+        _object_rows(contact, object_pose, force_rows, moment_row)
+        J_O_f, J_O_tau = observed.J_O_f[3 * i : 3 * i + 3], observed.J_O_tau[i]
+        _object_rows_in_coordinates(contact, object_pose, T_O, J_O_f, J_O_tau)
+        observed.friction_use[i] = _friction_use(pad, contact)
+        if not pad.can_slip:
+            length = spin_length(pad, contact.distance)
+            contact.limit_surface_use = limit_surface_use(contact.force, contact.friction, length)
+        coordinates, rate = observed.contact_coordinates[i], observed.contact_coordinates_rate[i]
+        contact_coordinates(pad, contact, columns, object_pose, J, v, coordinates, rate)
+        for k in range(4):
+            observed.contact_force[i, k], observed.deformation[i, k] = contact.force[k], contact.deformation[k]
+            observed.deformation_rate[i, k] = contact.deformation_rate[k]
+        for row in range(3):
+            observed.contact_point[i, row] = contact.point[row]
+            for k in range(3):
+                observed.contact_rotation[i, row, k] = contact.rotation[row, k]
+        observed.contact_angles[i, 0], observed.contact_angles[i, 1] = contact.angles[0], contact.angles[1]
+        observed.contact_feature[i], observed.is_slipping[i] = contact.feature, contact.is_slipping
+        observed.limit_surface_use[i], observed.slip_travel[i] = contact.limit_surface_use, contact.slip_travel
+        observed.slip_twist[i], observed.slip_loss[i] = contact.slip_twist, contact.slip_loss
+
+
+@compiled
+def _friction_use(pad, contact):
+    """|f_t| / (mu f_z)."""
+    f = contact.force
+    limit = contact.friction * max(f[2], 0.0)
+    tangential = math.hypot(f[0], f[1])
+    use = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
+    if pad.can_slip and pad.is_damped:  # the limit was kept before viscosity followed the velocity
+        use = min(use, contact.limit_surface_use * contact.static_friction / contact.friction)
+    return use
+
+
+@compiled
+def _object_rows(contact, object_pose, force_rows, moment_row):
+    """Velocity of the object's point at the contact and spin about its normal in C_F, from the twist."""
     R = contact.rotation
     ax, ay, az = (contact.point[0] - object_pose[9], contact.point[1] - object_pose[10],
                   contact.point[2] - object_pose[11])  # fmt: skip
-    for column in range(3):
-        wx, wy, wz = T_O[3, 3 + column], T_O[4, 3 + column], T_O[5, 3 + column]
+    for row in range(3):
+        x, y, z = R[0, row], R[1, row], R[2, row]
+        force_rows[row, 0], force_rows[row, 1], force_rows[row, 2] = x, y, z
+        # r . (w x a) = w . (a x r)
+        force_rows[row, 3], force_rows[row, 4], force_rows[row, 5] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+    for k in range(3):
+        moment_row[k], moment_row[3 + k] = 0.0, R[k, 2]
+
+
+@compiled
+def _object_rows_in_coordinates(contact, object_pose, T_O, J_O_f, J_O_tau):
+    """The same from q_O', whose columns of T_O are the angular velocities w of roll', pitch' and yaw'."""
+    R = contact.rotation
+    ax, ay, az = (contact.point[0] - object_pose[9], contact.point[1] - object_pose[10],
+                  contact.point[2] - object_pose[11])  # fmt: skip
+    for k in range(3):
+        wx, wy, wz = T_O[3, 3 + k], T_O[4, 3 + k], T_O[5, 3 + k]
         vx, vy, vz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
         for row in range(3):
-            force_rows[row, column] = R[column, row]
-            force_rows[row, 3 + column] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
-        moment_row[column] = 0.0
-        moment_row[3 + column] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
+            J_O_f[row, k] = R[k, row]
+            J_O_f[row, 3 + k] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
+        J_O_tau[k], J_O_tau[3 + k] = 0.0, R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
+
+
+@compiled
+def _describe_supports(contacts, observed):
+    """What else touches: force, depth and shear, place, slip."""
+    first = observed.friction_use.shape[0]
+    for i in range(observed.support_slip_loss.shape[0]):
+        contact = contacts[first + i]
+        for k in range(4):
+            observed.support_force[i, k], observed.support_deformation[i, k] = contact.force[k], contact.deformation[k]
+        for row in range(3):
+            observed.support_point[i, row] = contact.point[row]
+            for k in range(3):
+                observed.support_rotation[i, row, k] = contact.rotation[row, k]
+        observed.support_is_slipping[i], observed.support_slip_loss[i] = contact.is_slipping, contact.slip_loss

@@ -2,103 +2,153 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand.contact.pairs import contact_pairs
 from softhand.controllers.controller import Controller
-from softhand.errors import ControllerError, ScenarioError, SimulationStopped, SofthandError
-from softhand.numerics.compiled import compiled
+from softhand.errors import ScenarioError, SimulationStopped
+from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
-from softhand.plant.state import State
-from softhand.recording.events import events_as_text, find_events, phases_as_text
+from softhand.plant.state import Carried, State
 from softhand.recording.recording import Recording
 from softhand.references.reference import Reference
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
-from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, out_of_range, stopped
-from softhand.simulation.recorder import Recorder
+from softhand.simulation.asking import Actuators, Asking
+from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
+from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
+from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
-from softhand.version import __version__
 
 Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
 Watch = Callable[[Observation], None]
-"""Called with what is seen at each sample."""
+"""Called with what is observed at each sample."""
 
-_SLIP = ("limit_surface_use", "is_slipping", "slip_travel", "slip_twist", "slip_loss")
-_SUPPORT = ("force", "deformation", "point", "rotation", "is_slipping", "slip_loss")
+TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
+_ZERO = (0.0, 0.0, 0.0)
 
 
 class Simulation:
     """One run: a plant at its start, a controller, a stepper and a reference.
 
-    `run` does it all. Or drive it yourself, a control period at a time:
+    `run` does it all. Or drive it yourself, a control period at a time, with the controller or with torques of yours:
 
         simulation.reset()
         while simulation.time < 1.0:
             observation = simulation.sample()   # the controller has spoken: simulation.torque
-            simulation.step()
+            simulation.step()                   # or simulation.step(torque)
+
+    `save` gives the state, `reset(state)` goes back to it; what comes then is what came before, to the last bit.
 
     Attributes:
         plant: hand, object and contacts.
-        state: where they are.
+        state: where they are; live.
         integration: the stepper at work on `state`.
+        reference: what the controller is asked for.
         observation: what the controller sees; live.
         time: simulated time [s] of the next sample.
-        torque: joint torques that the next `step` holds [N m], shape (n,); set by `sample`, yours to change after it.
+        torque: joint torques that the next `step` holds [N m, N], shape (n,); set by `sample`.
         torque_limited: 1 where an effort limit cut the command, shape (n,).
         scenario: TOML text that the run can be repeated from; goes into the recording.
+
+    Args:
+        plant: hand, object and contacts.
+        start: where they begin.
+        controller: None for a simulation that is given torques.
+        stepper: integrates a step.
+        reference: desired pose and internal force against time.
+        duration: of a run [s].
+        control_period: between two samples [s]; a whole number of steps.
+        scenario: as the attribute.
+        pushes: from outside, at times that are known.
     """
 
     def __init__(
         self,
         plant: Plant,
         start: State,
-        controller: Controller,
+        controller: Controller | None,
         stepper: Stepper,
         reference: Reference,
         duration: float,
         control_period: float,
         scenario: str = "",
+        pushes: Sequence[Push] = (),
     ) -> None:
-        n, nc = plant.world.n_joints, plant.world.n_tips
-        self.plant, self.state, self.scenario = plant, start.copy(), scenario
-        self._start, self._controller, self._reference = start, controller, reference
-        self._period = control_period
-        self._periods = round(duration / control_period)
-        self._steps = round(control_period / stepper.step)
-        self._stride = _whole_periods(controller, control_period)
+        self.plant, self.state, self.scenario, self.reference = plant, start.copy(), scenario, reference
+        self._start, self._period = start, control_period
+        self._periods, self._steps = round(duration / control_period), round(control_period / stepper.step)
+        self._step = stepper.step
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
         self.integration = stepper.start(plant)
-        self.torque, self.torque_limited = self.integration.torque, np.zeros(n, np.int8)
-        self._command, self._Theta = np.zeros(n), np.zeros(nc)
-        self._limit = prepared(_limit, self._command, self.observation.effort_limit, self.torque, self.torque_limited)
+        self._actuators = Actuators(self.integration.torque, self.observation.effort_limit)
+        self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
+        self._asking = Asking(controller, plant.world.n_joints) if controller else None
+        self._stride = _whole_periods(controller, control_period) if controller else 1
+        self._pushes = Pushes(plant, pushes)
+        self._Theta = np.zeros(plant.world.n_tips)
         self._find_fault = prepared(find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
         self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
         self.reset()
 
-    def reset(self) -> None:
-        """Back to the start."""
-        for now, start in zip((self.state.q, self.state.v, self.state.z),
-                              (self._start.q, self._start.v, self._start.z), strict=True):  # fmt: skip
-            now[...] = start
-        self._k, self.time = 0, 0.0
-        self._memory: Any = None
-        self._checked: Any = None
+    def reset(self, state: State | None = None) -> None:
+        """Back to the start, or to a state.
+
+        Args:
+            state: of `save`, or any q, v and z of this plant; its time must be that of a sample.
+
+        Raises:
+            ScenarioError: the state is not one of this plant, or its time lies between two samples.
+        """
+        state = self._start if state is None else state
+        self._k = self._count_periods(state)
+        self.state.assign(state)
+        self.time = round(self._k * self._period, 12)
         self.integration.restart()
-        self.torque[:], self.torque_limited[:], self._Theta[:] = 0.0, 0, np.nan
-        for name in ("is_broken", *_SLIP):
+        self._actuators.reset()
+        self._pushes.clear()
+        self._Theta[:], self.plant.at[0], self.plant.external[:] = np.nan, np.nan, 0.0
+        for name in TOTALS:
             self.plant.contacts[name] = 0
+        if self._asking:
+            self._asking.restart()
+        self._asked_at = -1
+        if state.carried is not None:
+            self._resume(state, state.carried)
+
+    def save(self) -> State:
+        """The state now, before the sample at `time`: all that the future depends on. An independent copy."""
+        loop = {"torque": self.torque.copy(), "limited": self.torque_limited.copy(), "Theta": self._Theta.copy()}
+        memory, has_memory = None, False
+        if self._asking:
+            asked = self._asked_at == self._k
+            memory = self._asking.before if asked else self._asking.memory
+            has_memory = self._asking.has_started
+        loop["has_memory"] = np.array([has_memory])
+        carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory)
+        return State(self.state.q.copy(), self.state.v.copy(), self.state.z.copy(), self.time, carried)
+
+    def push(self, force: Vector3 = _ZERO, moment: Vector3 = _ZERO, on: str = OBJECT, point: Vector3 = _ZERO) -> None:
+        """Push during the next control period.
+
+        Args:
+            force: world axes [N], shape (3,).
+            moment: world axes [N m], shape (3,).
+            on: "object", or a link or frame of the hand.
+            point: where the force acts, in the frame of that body [m], shape (3,).
+
+        Raises:
+            ModelError: the hand has no such link.
+            ScenarioError: these are no finite numbers.
+        """
+        self._pushes.add(Push(force, moment, on, point))
 
     def sample(self) -> Observation:
         """Observe, ask the controller, apply the effort limits.
@@ -107,33 +157,57 @@ class Simulation:
             ControllerError: the controller raised, or returned no torque.
             SimulationStopped: the state is beyond reason, or a contact has left the range of the model.
         """
-        self._reference.update(self.time)
+        self.reference.update(self.time)
         observation = self._sensor.observe(self.state, self.time)
         fault, finger = self._find_fault()
         if fault != HEALTHY:
             raise stopped(fault, finger, self.plant, self._last_good())
-        if self._k % self._stride == 0:
-            self._ask(observation)
-            if not self._limit():
-                raise self._bad_torque(f"returned a torque with NaN or infinity: {self._command.tolist()} N m")
+        if self._asking is not None and self._k % self._stride == 0:
+            command = self._asking.ask(observation)
+            self._asked_at = self._k
+            if not self._actuators.apply(command):
+                raise self._asking.bad(f"returned a torque with NaN or infinity: {command.tolist()} N m", self.time)
         return observation
 
-    def step(self) -> None:
-        """Hold the torques for one control period."""
+    def step(self, torque: Array | None = None) -> None:
+        """Hold the torques for one control period.
+
+        Args:
+            torque: in place of those of the controller [N m, N], shape (n,); cut to the effort limits.
+
+        Raises:
+            SimulationStopped: the integration broke down.
+            ScenarioError: the torques are not n finite numbers.
+        """
+        if torque is not None:
+            self._take(torque)
         try:
-            for _ in range(self._steps):
+            for k in range(self._steps):
+                if self._pushes.are_any:
+                    self._pushes.apply(self.time + k * self._step, self.state.q)
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
             raise broken_down(error, self.plant, self.time) from error
+        if self._pushes.are_any:
+            self._pushes.clear()
+            self.plant.external[:] = 0.0
         self._k += 1
         self.time = round(self._k * self._period, 12)
 
-    def run(self, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
-        """Simulate from the start to the end.
+    def run(
+        self,
+        progress: Progress | None = None,
+        watch: Watch | None = None,
+        start: State | None = None,
+        until: float | None = None,
+    ) -> Recording:
+        """Simulate from the start, or a state, to the end.
 
         Args:
             progress: called every 20 control periods.
             watch: called every control period with the observation, which is live; for viewers.
+            start: of `save`, to go on from there.
+            until: end earlier [s].
 
         Returns:
             All samples, one a control period, the last at the end of the run.
@@ -143,175 +217,80 @@ class Simulation:
             SimulationStopped: the run diverged, a contact left the range of the model, or it was interrupted. Both
                 carry `.recording` with all samples so far.
         """
-        recorder = self._allocate()
-        self.reset()
-        began = clock.perf_counter()
+        self.reset(start)
+        first, last = self._k, self._periods if until is None else round(until / self._period)
+        count = max(last - first + 1, 0)
+        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, count, self._period)
+        self._began = clock.perf_counter()
         try:
-            for k in range(self._periods + 1):
+            for k in range(first, last + 1):
                 self.sample()
-                recorder.record()
-                if k == 0:
-                    began = clock.perf_counter()  # the first sample may compile the controller
+                samples.record()
+                if k == first:
+                    self._began = clock.perf_counter()  # the first sample may compile the controller
                 if progress is not None and k % _REPORT_EVERY == 0:
                     progress(self.time)
                 if watch is not None:
                     watch(self.observation)
-                if k < self._periods:
+                if k < last:
                     self.step()
         except SimulationStopped as stop:
-            message = f"{stop}{self._approach(recorder)}"
-            stop.args = (message,)
-            stop.recording = self._finish(recorder, began, message)  # type: ignore[attr-defined]
+            stop.say_more(approach(samples.contact_angles()[:, :, 1], self.plant) if len(samples) else "")
+            stop.recording = self._finish(samples, first, str(stop))
             raise
         except KeyboardInterrupt as interrupt:
-            time = round(self._period * max(len(recorder) - 1, 0), 12)
+            time = round(self._period * (first + max(len(samples) - 1, 0)), 12)
             message = f"interrupted at t = {time:g} s"
             raise SimulationStopped(
-                message, recording=self._finish(recorder, began, message), reason="interrupted", time=time
+                message, recording=self._finish(samples, first, message), reason="interrupted", time=time
             ) from interrupt
         if progress is not None:
             progress(self.time)
-        return self._finish(recorder, began, "")
+        return self._finish(samples, first, "")
 
-    def _allocate(self) -> Recorder:
-        try:
-            return Recorder(self._live(), self._periods + 1)
-        except (MemoryError, ValueError) as error:
+    def _resume(self, state: State, carried: Carried) -> None:
+        self.plant.resume(state, carried.plant)
+        self.integration.resume(carried.stepper)
+        self.torque[:], self.torque_limited[:] = carried.loop["torque"], carried.loop["limited"]
+        self._Theta[:] = carried.loop["Theta"]
+        if self._asking:
+            self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))
+
+    def _count_periods(self, state: State) -> int:
+        for mine, given, name in zip(self.state.arrays, state.arrays, "qvz", strict=True):
+            if mine.shape != given.shape:
+                raise ScenarioError(
+                    f"state.{name} has shape {given.shape}, but that of this plant is {mine.shape}.",
+                    key=name,
+                    value=given.shape,
+                )
+        periods = round(state.time / self._period)
+        if abs(periods * self._period - state.time) > 1e-9 * max(1.0, state.time):
             raise ScenarioError(
-                f"duration: {self._periods + 1:,} samples do not fit into memory ({error}); "
-                "shorten duration or lengthen control_period.",
-                key="duration",
-                value=self._periods * self._period,
-            ) from error
-
-    def _ask(self, observation: Observation) -> None:
-        """Ask the controller; sets the command and its memory."""
-        try:
-            if self._k == 0:
-                self._memory = self._controller.start(observation)
-            result = self._controller.torque(observation, self._memory)
-        except Exception as error:
-            raise self._raised(error) from error
-        if not (isinstance(result, tuple) and len(result) == 2):
-            raise self._bad_torque(f"returned {result!r}; it must return the torque and its memory, two values")
-        command, self._memory = result
-        if command is not self._checked:  # many controllers write into the same array each time
-            self._check(command)
-        self._command[:] = command
-
-    def _check(self, result: Any) -> None:
-        try:
-            command = np.asarray(result, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise self._bad_torque(f"returned {result!r} as torque, which is no array of numbers") from error
-        if command.shape != self._command.shape:
-            raise self._bad_torque(
-                f"returned a torque of shape {command.shape}: {command.tolist()}; "
-                f"the hand has {len(self._command)} joints"
+                f"state.time: {state.time:g} s is no whole number of control periods of {self._period:g} s.",
+                key="time",
+                value=state.time,
             )
-        self._checked = result if isinstance(result, np.ndarray) else None
+        return periods
 
-    def _raised(self, error: Exception) -> SofthandError:
-        """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
-        if isinstance(error, ScenarioError | ControllerError):
-            return error
-        return self._bad_torque(f"raised {type(error).__name__}: {error}")
-
-    def _bad_torque(self, what: str) -> ControllerError:
-        name, time = type(self._controller).__name__, self.time
-        return ControllerError(
-            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
-        )
+    def _take(self, torque: Array) -> None:
+        command = np.asarray(torque, dtype=float)
+        if command.shape != self.torque.shape or not self._actuators.apply(command):
+            raise ScenarioError(
+                f"torque: got {torque!r}; the hand has {len(self.torque)} joints, give a finite number for each.",
+                key="torque",
+                value=torque,
+            )
 
     def _last_good(self) -> float:
         """Time of the previous sample [s]."""
         return round(max(self._k - 1, 0) * self._period, 12)
 
-    def _approach(self, recorder: Recorder) -> str:
-        return approach(recorder["contacts"]["angles"][:, :, 1], self.plant) if len(recorder) else ""
-
-    def _live(self) -> dict[str, NDArray[Any]]:
-        seen, desired = self.observation, self._reference.desired
-        return {
-            "joint_position": seen.joint_position,
-            "joint_velocity": seen.joint_velocity,
-            "joint_torque": self.torque,
-            "torque_limited": self.torque_limited,
-            "q_O": seen.q_O,
-            "object_twist": seen.object_twist,
-            "internal_force": seen.internal_force,
-            "contacts": self.plant.tip_contacts,
-            **self._supports(),
-            "contact_coordinates": seen.eta,
-            "contact_coordinates_rate": seen.eta_rate,
-            "friction_use": seen.friction_use,
-            "q_Od": desired.coordinates,
-            "internal_force_desired": desired.internal_force,
-        }
-
-    def _finish(self, recorder: Recorder, began: float, reason: str) -> Recording:
-        variables = {"time": np.round(np.arange(len(recorder)) * self._period, 12), **recorder.variables()}
-        q_O, q_Od, contacts = (variables.pop(name) for name in ("q_O", "q_Od", "contacts"))
-        variables["object_position"], variables["object_rpy"] = q_O[:, :3], q_O[:, 3:]
-        variables["object_position_desired"], variables["object_rpy_desired"] = q_Od[:, :3], q_Od[:, 3:]
-        for name, field in (
-            ("deformation", "deformation"),
-            ("contact_force", "force"),
-            ("contact_angles", "angles"),
-            ("contact_point", "point"),
-            ("contact_rotation", "rotation"),
-            ("tip_position", "tip"),
-            ("contact_feature", "feature"),
-            *((name, name) for name in _SLIP),
-        ):
-            variables[name] = contacts[field]
-        variables["deformation"] = _deformation(contacts, self.plant)
-        world = self.plant.world
-        lower, upper = world.position_limits
-        position = variables["joint_position"]
-        variables["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
-        steps = max(len(recorder) - 1, 0) * self._steps
-        wall = max(clock.perf_counter() - began, 1e-9)
-        recording = Recording(
-            variables=variables,
-            labels={
-                "joint": world.joint_names,
-                "contact": tuple(tip.name for tip in world.tips),
-                "pair": tuple(f"{i + 1}{j + 1}" for i, j in contact_pairs(world.n_tips)),
-                **({"support": tuple(support.name for support in self.plant.supports)} if self.plant.supports else {}),
-            },
-            scenario=self.scenario,
-            version=__version__,
-            complete=not reason,
-            reason=reason,
-            stop_time=float(variables["time"][-1]) if len(recorder) else 0.0,
-            attributes={"steps_per_second": steps / wall, "wall_time": wall, **self._notes(variables)},
-            hand_urdf=world.hand_text,
-            object_urdf=world.object_text,
-        )
-        if self._reference.phases:
-            recording.attributes["phases"] = phases_as_text(self._reference.phases)
-        recording.attributes["events"] = events_as_text(find_events(recording))
-        return recording
-
-    def _supports(self) -> dict[str, NDArray[Any]]:
-        if not self.plant.supports:
-            return {}
-        return {f"support_{name}": self.plant.support_contacts[name] for name in _SUPPORT}
-
-    def _notes(self, variables: dict[str, NDArray[Any]]) -> dict[str, str]:
-        """What a reader of the recording must know of the fingertip law."""
-        Phi, dr = variables["contact_angles"][..., 1], variables["deformation"][..., 0]
-        note = out_of_range(variables["time"], dr, Phi, self.plant) if len(dr) else ""
-        return {"out_of_range": note} if note else {}
-
-
-def _deformation(contacts: NDArray[np.void], plant: Plant) -> NDArray[np.float64]:
-    """As recorded: the displacements of a law in surface coordinates as the angles s / R."""
-    deformation = contacts["deformation"].copy()
-    surface = np.flatnonzero(plant.pads["is_surface"][: plant.world.n_tips])
-    deformation[:, surface, 1:3] /= contacts["distance"][:, surface, None]
-    return deformation
+    def _finish(self, samples: Samples, first: int, reason: str) -> Recording:
+        steps = max(len(samples) - 1, 0) * self._steps
+        wall = max(clock.perf_counter() - self._began, 1e-9)
+        figures = {"steps_per_second": steps / wall, "wall_time": wall}
+        return samples.recording(first, self.scenario, reason, self.reference.phases, figures)
 
 
 def _whole_periods(controller: Controller, period: float) -> int:
@@ -327,15 +306,3 @@ def _whole_periods(controller: Controller, period: float) -> int:
             value=controller.period,
         )
     return stride
-
-
-@compiled
-def _limit(command, effort_limit, torque, limited):
-    """Apply the effort limits; False if the command is not finite, torque then stays."""
-    for k in range(command.shape[0]):
-        if not math.isfinite(command[k]):
-            return False
-    for k in range(command.shape[0]):
-        torque[k] = min(max(command[k], -effort_limit[k]), effort_limit[k])
-        limited[k] = torque[k] != command[k]
-    return True

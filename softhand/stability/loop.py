@@ -116,7 +116,7 @@ def linearise(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> Lo
     A, B = np.zeros((states, states)), np.zeros((states, n))
     A[:nv, nv : 2 * nv], A[nv:] = np.eye(nv), rates
     seen = probe.at(grasp.state, 0.0)
-    mass = probe.plant.snapshot.mass_matrix(grasp.state.q)
+    mass = probe.plant.rigid.mass_matrix(grasp.state.q)
     B[nv : 2 * nv] = np.linalg.inv(mass)[:, :n]
     pulls = seen.J_CF_f.T @ np.linalg.pinv(seen.J_O_f.T, rcond=1e-6)
     pose_feedback = -np.einsum("ik,kj->kij", pulls, by_pose)

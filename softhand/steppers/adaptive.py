@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.settings.settings import Positive
@@ -45,12 +45,18 @@ class _AdaptiveIntegration(Integration):
     def restart(self) -> None:
         self._first_step = None
 
-    def advance(self, state: State, torque: NDArray[np.float64]) -> None:
+    def carry(self) -> dict[str, AnyArray]:
+        return {"first_step": np.array([self._first_step or 0.0])}
+
+    def resume(self, carried: dict[str, AnyArray]) -> None:
+        self._first_step = float(carried["first_step"][0]) or None
+
+    def advance(self, state: State, torque: Array) -> None:
         flow, settings = self._flow, self._settings
         self._plant.settle(state)
         flow.gather(state, self._y)
 
-        def rate(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        def rate(_time: float, y: Array) -> Array:
             return flow.rate(y, torque, np.empty(flow.size))
 
         options: dict[str, Any] = {"rtol": settings.rtol, "atol": settings.atol, "first_step": self._first_step}

@@ -7,8 +7,8 @@ from math import inf
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.settings.settings import Positive, Settings
@@ -42,8 +42,15 @@ class Integration(ABC):
         self.torque = np.zeros(plant.world.n_joints)
 
     @abstractmethod
-    def advance(self, state: State, torque: NDArray[np.float64]) -> None:
+    def advance(self, state: State, torque: Array) -> None:
         """Move `state` on by one step, in place, with the joint torques [N m] held, shape (n,)."""
+
+    def carry(self) -> dict[str, AnyArray]:
+        """What this stepper takes from one step into the next, as copies; most take nothing."""
+        return {}
+
+    def resume(self, carried: dict[str, AnyArray]) -> None:  # noqa: B027
+        """Go on with what `carry` gave at the state that comes next."""
 
     def restart(self) -> None:  # noqa: B027  most steppers have nothing to forget
         """Forget the steps before, so that the next one starts from its state alone."""

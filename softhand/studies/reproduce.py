@@ -220,5 +220,5 @@ def _run(scenario: Scenario, progress: Callable[[float], None] | None) -> Record
     except SimulationStopped as stop:
         if getattr(stop, "reason", "") == "interrupted":
             raise
-        recording: Recording = stop.recording  # type: ignore[attr-defined]
+        recording: Recording = stop.recording
         return recording

@@ -101,7 +101,7 @@ class Viewer(Page):
     """
 
     def __init__(self, simulation: Simulation, host: str = LOOPBACK, port: int = DEFAULT_PORT) -> None:
-        sensor = Sensor(simulation.plant, simulation.observation.desired)
+        sensor = Sensor(simulation.plant, simulation.reference.desired)
         plant = self._plant = simulation.plant
         first = observed_moment(sensor.observe(simulation.state, simulation.time), plant)
         first = replace(first, desired_pose=first.object_pose)  # nothing is asked for before the first sample

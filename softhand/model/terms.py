@@ -1,0 +1,39 @@
+"""Mass matrix and velocity terms at any configuration, apart from the data of a running simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from softhand.numerics.arrays import Array
+
+
+class RigidTerms:
+    """M and C v of a model, from the configuration and the velocity alone."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self._model = model
+        self._data = model.createData()
+        self._above = ~np.tri(model.nv, k=-1, dtype=bool)
+
+    def __reduce__(self) -> tuple[type[RigidTerms], tuple[pin.Model]]:
+        return RigidTerms, (self._model,)
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M, both triangles, shape (nv, nv).
+
+        Args:
+            q: configuration, shape (nq,).
+        """
+        upper = pin.crba(self._model, self._data, q)
+        return np.where(self._above, upper, upper.T)
+
+    def velocity_terms(self, q: Array, v: Array) -> Array:
+        """C(q, v) v, shape (nv,).
+
+        Args:
+            q: configuration, shape (nq,).
+            v: velocity, shape (nv,).
+        """
+        gravity = pin.computeGeneralizedGravity(self._model, self._data, q).copy()
+        return pin.nonLinearEffects(self._model, self._data, q, v) - gravity

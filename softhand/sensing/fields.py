@@ -1,0 +1,134 @@
+"""The numbers of an observation, one behind the other in one block of memory, and by name as views of it.
+
+A block can be copied, delayed, disturbed or kept as a whole, and a kernel takes it as a single argument. `FIELDS` is
+the one list of what is in it and in which order: the views in Python and in kernels are both made from it.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Iterator
+from math import prod
+from typing import Any, NamedTuple
+
+from softhand.numerics.compiled import compiled
+
+
+class Sizes(NamedTuple):
+    """How many there are of each."""
+
+    n: int
+    """joints"""
+    nq: int
+    """numbers of a configuration"""
+    nc: int
+    """contacts of the fingertips"""
+    ns: int
+    """supports"""
+    pairs: int
+    """of contacts that an internal force acts between"""
+
+
+RECORDED = {
+    "joint_position": "n",
+    "joint_velocity": "n",
+    "object_position": "3",
+    "object_rpy": "3",
+    "object_twist": "6",
+    "internal_force": "pairs",
+    "tip_position": "nc 3",
+    "deformation": "nc 4",
+    "contact_force": "nc 4",
+    "contact_angles": "nc 2",
+    "contact_point": "nc 3",
+    "contact_rotation": "nc 3 3",
+    "contact_coordinates": "nc 5",
+    "contact_coordinates_rate": "nc 5",
+    "friction_use": "nc",
+    "contact_feature": "nc",
+    "limit_surface_use": "nc",
+    "is_slipping": "nc",
+    "slip_travel": "nc",
+    "slip_twist": "nc",
+    "slip_loss": "nc",
+    "support_force": "ns 4",
+    "support_deformation": "ns 4",
+    "support_point": "ns 3",
+    "support_rotation": "ns 3 3",
+    "support_is_slipping": "ns",
+    "support_slip_loss": "ns",
+    "object_position_desired": "3",
+    "object_rpy_desired": "3",
+    "internal_force_desired": "pairs",
+}
+"""Shape of each field that a recording keeps, in the letters of `Sizes`. They come first: a sample is one copy."""
+
+FIELDS = RECORDED | {
+    "object_coordinates_rate_desired": "6",
+    "object_coordinates_acceleration_desired": "6",
+    "opening_desired": "1",
+    "carried_desired": "1",
+    "configuration": "nq",
+    "object_rotation": "3 3",
+    "coordinate_map": "6 6",
+    "deformation_rate": "nc 4",
+    "tip_rotation": "nc 3 3",
+    "tip_jacobian": "nc 3 n",
+    "tip_angular_jacobian": "nc 3 n",
+    "hand_force_jacobian": "3*nc n",
+    "hand_torsion_jacobian": "nc n",
+    "object_force_jacobian": "3*nc 6",
+    "object_torsion_jacobian": "nc 6",
+    "J_O_f": "3*nc 6",
+    "J_O_tau": "nc 6",
+    "internal_force_basis": "3*nc pairs",
+    "gravity_torque": "n",
+    "object_gravity": "6",
+    "N_O": "6",
+}
+"""Shape of every field; what it is, `Observation` says."""
+
+SPANS = {
+    "object_coordinates": ("object_position", 6),
+    "object_coordinates_desired": ("object_position_desired", 6),
+}
+"""Second names: where they begin, and how many numbers they take."""
+
+Fields: Any = namedtuple("Fields", [*FIELDS, *SPANS])  # type: ignore[misc]
+"""A view for each field."""
+
+
+def shapes(sizes: Sizes) -> dict[str, tuple[int, ...]]:
+    """The shape of each field."""
+    counts = sizes._asdict()
+    return {
+        name: tuple(prod(counts[factor] if factor in counts else int(factor) for factor in part.split("*"))
+                    for part in text.split())
+        for name, text in FIELDS.items()
+    }  # fmt: skip
+
+
+def room(sizes: Sizes, of: dict[str, str] = FIELDS) -> int:
+    """How many numbers all fields take, or those of `RECORDED`."""
+    return sum(prod(shape) for name, shape in shapes(sizes).items() if name in of)
+
+
+def _program() -> Iterator[str]:
+    """The text of `fields`: a view for each row of the tables, in their order."""
+    yield "def fields(block, sizes):"
+    for letter in Sizes._fields:
+        yield f"    {letter} = sizes.{letter}"
+    yield "    end = 0"
+    for name, text in FIELDS.items():
+        shape = text.split()
+        yield f"    at_{name}, end = end, end + {' * '.join(shape)}"
+        view = f".reshape({', '.join(shape)})" if len(shape) > 1 else ""
+        yield f"    {name} = block[at_{name}:end]{view}"
+    for name, (first, size) in SPANS.items():
+        yield f"    {name} = block[at_{first}:at_{first} + {size}]"
+    yield f"    return Fields({', '.join(Fields._fields)})"
+
+
+exec(compile("\n".join(_program()), __file__, "exec"))
+fields = compiled(globals()["fields"])
+"""fields(block, sizes): the fields of a block of at least `room(sizes)` numbers, as views; for kernels too."""

@@ -1,0 +1,130 @@
+"""Asking a controller: its torque, checked and cut to the effort limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from softhand.controllers.controller import Controller
+from softhand.errors import ControllerError, ScenarioError, SofthandError
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
+from softhand.numerics.prepared import prepared
+from softhand.sensing.observation import Observation
+
+
+class Actuators:
+    """The torques that the joints are given.
+
+    Args:
+        torque: room for them [N m, N], shape (n,).
+        effort_limit: largest of each [N m, N], shape (n,).
+
+    Attributes:
+        torque: as applied.
+        limited: 1 where an effort limit cut what was asked for, shape (n,).
+    """
+
+    def __init__(self, torque: Array, effort_limit: Array) -> None:
+        self.torque, self.limited = torque, np.zeros(torque.shape, np.int8)
+        self._command = np.zeros_like(torque)
+        self._limit = prepared(_limit, self._command, effort_limit.copy(), torque, self.limited)
+
+    def reset(self) -> None:
+        """No torque."""
+        self.torque[:], self.limited[:] = 0.0, 0
+
+    def apply(self, command: Array) -> bool:
+        """Take a command, shape (n,), cut to the limits; False, and nothing changes, if it is not finite."""
+        self._command[:] = command
+        done: bool = self._limit()
+        return done
+
+
+class Asking:
+    """A controller at work: what it is asked, and what of its answer is wrong.
+
+    Attributes:
+        memory: what the controller returned last.
+        before: what it had returned before that.
+    """
+
+    def __init__(self, controller: Controller, n_joints: int) -> None:
+        self._controller, self._shape = controller, (n_joints,)
+        self.memory: Any = None
+        self.before: Any = None
+        self._has_started = False
+
+    def restart(self, memory: Any = None, has_started: bool = False) -> None:
+        """Ask for `start` first, or go on with a memory."""
+        self.memory = self.before = memory
+        self._has_started = has_started
+
+    @property
+    def has_started(self) -> bool:
+        """Whether the controller has a memory."""
+        return self._has_started
+
+    def ask(self, observation: Observation) -> Array:
+        """The torque that the controller commands, shape (n,).
+
+        Raises:
+            ControllerError: it raised, or returned no torque.
+        """
+        try:
+            if not self._has_started:
+                self.memory = self._controller.start(observation)
+                self._has_started = True
+            result = self._controller.torque(observation, self.memory)
+        except Exception as error:
+            raise self._raised(error, observation.time) from error
+        if not (type(result) is tuple and len(result) == 2):
+            raise self.bad(
+                f"returned {result!r}; it must return the torque and its memory, two values", observation.time
+            )
+        command, memory = result
+        self.before, self.memory = self.memory, memory
+        if type(command) is np.ndarray and command.dtype == np.float64 and command.shape == self._shape:
+            return command
+        return self._checked(command, observation.time)
+
+    def _checked(self, result: Any, time: float) -> Array:
+        try:
+            if np.iscomplexobj(result):
+                raise TypeError
+            command = np.asarray(result, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time) from error
+        if command.shape != self._shape:
+            raise self.bad(
+                f"returned a torque of shape {command.shape}: {command.tolist()}; the hand has {self._shape[0]} joints",
+                time,
+            )
+        return command
+
+    def _raised(self, error: Exception, time: float) -> SofthandError:
+        """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
+        if isinstance(error, ScenarioError | ControllerError):
+            return error
+        return self.bad(f"raised {type(error).__name__}: {error}", time)
+
+    def bad(self, what: str, time: float) -> ControllerError:
+        """The error for a controller at fault."""
+        name = type(self._controller).__name__
+        return ControllerError(
+            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
+        )
+
+
+@compiled
+def _limit(command, effort_limit, torque, limited):
+    """Apply the effort limits; False if the command is not finite, torque then stays."""
+    for k in range(command.shape[0]):
+        if not math.isfinite(command[k]):
+            return False
+    for k in range(command.shape[0]):
+        torque[k] = min(max(command[k], -effort_limit[k]), effort_limit[k])
+        limited[k] = torque[k] != command[k]
+    return True

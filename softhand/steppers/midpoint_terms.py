@@ -1,0 +1,115 @@
+"""The linear equations of a midpoint step: matrix, right-hand side, and what of them belongs to the contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softhand.contact.kinematics import relative_velocity
+from softhand.numerics.compiled import compiled
+from softhand.numerics.linear import factor, solve
+from softhand.plant.dynamics import add_contact_force, copy_mass, generalized_force
+
+
+@compiled
+def factor_matrix(touch, M, envelope, step, matrix):
+    """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J; NaN if it is not positive definite."""
+    copy_mass(M, envelope, matrix)
+    for i in range(touch.contacts.shape[0]):
+        if not touch.contacts[i].is_idle:
+            _add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
+    if factor(matrix, envelope) >= 0:
+        matrix[:] = np.nan
+
+
+@compiled
+def acceleration_of(touch, nle, envelope, torque, external, pull, matrix, acceleration):
+    """a of a kick: matrix^-1 {(tau, 0) + external - (C v + N) - J^T (C_F + pull)}."""
+    generalized_force(touch, nle, torque, external, acceleration)
+    for i in range(touch.contacts.shape[0]):
+        if not touch.contacts[i].is_idle:
+            add_contact_force(touch.columns[i], touch.jacobian[i], pull[i], acceleration)
+    solve(matrix, envelope, acceleration)
+
+
+@compiled
+def lag_of(touch, envelope, matrix, step, lag):
+    """-(h^2/6) matrix^-1 J^T K J v: what w lies above v at the begin, with the velocities of the contacts at v."""
+    lag[:] = 0.0
+    force = np.empty(4)
+    for i in range(touch.contacts.shape[0]):
+        if touch.contacts[i].is_idle:
+            continue
+        K, u = touch.contacts[i].stiffness, touch.contacts[i].velocity
+        for k in range(4):
+            force[k] = step * step / 6.0 * (K[k, 0] * u[0] + K[k, 1] * u[1] + K[k, 2] * u[2] + K[k, 3] * u[3])
+        add_contact_force(touch.columns[i], touch.jacobian[i], force, lag)
+    solve(matrix, envelope, lag)
+
+
+@compiled
+def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
+    """The first kick damps with the velocity before it; (h/2) D of the matrix is meant for that after it.
+
+    Takes -(h/2) J^T D J a, as solved, to the acceleration; `change` is scratch, shape (nv,).
+    """
+    change[:] = 0.0
+    force = np.empty(4)
+    for i in range(touch.contacts.shape[0]):
+        if touch.contacts[i].is_idle:
+            continue
+        relative_velocity(touch.columns[i], touch.jacobian[i], acceleration, force)
+        for k in range(4):
+            force[k] *= -0.5 * step * touch.contacts[i].damping[k]
+        add_contact_force(touch.columns[i], touch.jacobian[i], force, change)
+    solve(matrix, envelope, change)
+    for k in range(change.shape[0]):
+        acceleration[k] += change[k]
+
+
+@compiled
+def pull_of(touch, weight, rate, touched, pull):
+    """pull = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force.
+
+    Zero for a contact that did not touch before the step.
+    """
+    for i in range(touch.contacts.shape[0]):
+        contact = touch.contacts[i]
+        if contact.is_idle:
+            continue
+        if not touched[i]:
+            pull[i, :] = 0.0
+            continue
+        change, before = contact.deformation_rate, rate[i]
+        x = (change[1] - before[1]) / contact.theta_per_x
+        y = (change[2] - before[2]) / contact.phi_per_y
+        z = change[0] - before[0]
+        w = change[3] - before[3] - contact.psi_per_x * x
+        K = contact.stiffness
+        for k in range(4):
+            pull[i, k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
+
+
+@compiled
+def _add_stiffness(columns, contact, jacobian, step, matrix):
+    """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J of one contact, K symmetrised."""
+    weight, per_step = 0.25 * step * step, 2.0 / step
+    K, D = contact.stiffness, contact.damping
+    xx, yy = K[0, 0] + per_step * D[0], K[1, 1] + per_step * D[1]
+    zz, ww = K[2, 2] + per_step * D[2], K[3, 3] + per_step * D[3]
+    xy, xz, xw = 0.5 * (K[0, 1] + K[1, 0]), 0.5 * (K[0, 2] + K[2, 0]), 0.5 * (K[0, 3] + K[3, 0])
+    yz, yw, zw = 0.5 * (K[1, 2] + K[2, 1]), 0.5 * (K[1, 3] + K[3, 1]), 0.5 * (K[2, 3] + K[3, 2])
+    for b in range(columns.shape[0]):
+        column = columns[b]
+        if column < 0:
+            break
+        x, y, z, w = jacobian[b, 0], jacobian[b, 1], jacobian[b, 2], jacobian[b, 3]
+        fx = weight * (xx * x + xy * y + xz * z + xw * w)
+        fy = weight * (xy * x + yy * y + yz * z + yw * w)
+        fz = weight * (xz * x + yz * y + zz * z + zw * w)
+        fw = weight * (xw * x + yw * y + zw * z + ww * w)
+        for a in range(b, columns.shape[0]):
+            row = columns[a]
+            if row < 0:
+                break
+            J = jacobian[a]
+            matrix[row, column] += J[0] * fx + J[1] * fy + J[2] * fz + J[3] * fw
