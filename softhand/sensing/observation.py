@@ -211,6 +211,8 @@ class Observation:
         name = ALIASES.get(name, name)
         if name == "time":
             self.__dict__["time"] = float(value)
+        elif name == "desired":
+            self._set_desired(value)
         elif name in FIELDS or name in SPANS:
             if not self.__dict__[name].flags.writeable:
                 raise AttributeError(f"what is observed now can only be read; set {name!r} of observation.copy()")
@@ -219,6 +221,13 @@ class Observation:
             near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
             hint = f"; did you mean {near!r}?" if near else ""
             raise AttributeError(f"an observation has no field {name!r} that can be set{hint}")
+
+    def _set_desired(self, desired: Desired) -> None:
+        self.object_coordinates_desired = desired.coordinates
+        self.object_coordinates_rate_desired = desired.coordinates_rate
+        self.object_coordinates_acceleration_desired = desired.coordinates_acceleration
+        self.internal_force_desired = desired.internal_force
+        self.opening_desired, self.carried_desired = desired.opening, desired.carried
 
     def __getattr__(self, name: str) -> Any:
         if name in ALIASES:
