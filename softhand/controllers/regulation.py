@@ -11,8 +11,7 @@ from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
-from softhand.numerics.prepared import prepared
-from softhand.sensing.fields import fields
+from softhand.sensing.bound import Bound
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain
 
@@ -60,14 +59,31 @@ class Regulation(Controller):
             diagonal("K_posture", self.K_posture, n),
             observation.joint_position.copy(),
         )
-        sizes, compensate = observation.known.sizes, self.torsion_compensation
-        return prepared(regulation, sizes, gains, compensate, varying=(observation.block, np.empty(n)))
+        return Bound(n, regulation, Reads, gains, self.torsion_compensation)
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
-        tau = np.empty(observation.known.sizes.n)
-        memory(observation.block, tau)
-        return tau, memory
+        return memory(observation), memory
+
+
+class Reads(NamedTuple):
+    """What (59) reads of an observation."""
+
+    joint_position: Array
+    joint_velocity: Array
+    gravity_torque: Array
+    object_coordinates: Array
+    object_coordinates_desired: Array
+    N_O: Array
+    carried_desired: Array
+    contact_force: Array
+    internal_force: Array
+    internal_force_desired: Array
+    internal_force_basis: Array
+    hand_force_jacobian: Array
+    hand_torsion_jacobian: Array
+    J_O_f: Array
+    J_O_tau: Array
 
 
 class Gains(NamedTuple):
@@ -86,10 +102,9 @@ class Gains(NamedTuple):
 
 
 @compiled
-def regulation(sizes, gains, compensate, block, tau):
-    """tau of (59), shape (n,), from the block of an observation; with the share of N_O that the fingers shall carry."""
-    observed = fields(block, sizes)
-    n, pairs, nc = sizes.n, sizes.pairs, sizes.nc
+def regulation(observed, gains, compensate, tau):
+    """tau of (59), shape (n,), from the fields of an observation; N_O by the share that the fingers shall carry."""
+    n, pairs, nc = tau.shape[0], observed.internal_force.shape[0], observed.contact_force.shape[0]
     wrench, f_C = np.empty(6), np.empty(3 * nc)
     # N_O - K_O (q_O - q_Od) - J_O^tauT tau_C
     carried, q_O, q_Od = observed.carried_desired[0], observed.object_coordinates, observed.object_coordinates_desired

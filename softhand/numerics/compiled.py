@@ -106,6 +106,12 @@ def kernel_folder(module: str) -> Iterator[None]:
 
 
 def compiled(function: F) -> F:
-    """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN."""
+    """Compile `function` at its first call and keep the result on disk. Division by zero gives inf or NaN.
+
+    A function that makes no arrays of its own, by `np.empty` or `np.zeros`, is compiled without the counting of
+    references, which takes a tenth of a step and a third of an observation; it must return no array.
+    """
+    allocates = not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
+    options: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": allocates}
     with kernel_folder(function.__module__):
-        return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"})(function))
+        return cast(F, numba.njit(**options)(function))

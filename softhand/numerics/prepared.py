@@ -28,13 +28,13 @@ Kind = numba.types.Type
 class Prepared(partial):
     """A call with its first arguments in place. It can be pickled: what it rests on is found anew."""
 
-    function: Callable[..., Any]
+    function: Any
     fixed: tuple[Any, ...]
     """Kept alive; the call itself may hold their addresses only."""
     varying: tuple[Any, ...]
 
     def __reduce__(self) -> Any:
-        original = self.function.py_func  # type: ignore[attr-defined]
+        original = self.function.py_func
         return _again, (original.__module__, original.__qualname__, self.fixed, self.varying)
 
 
@@ -126,14 +126,15 @@ def _entry(function: Any, kinds: tuple[Kind, ...], n_varying: int) -> Any:
 
 def _load_text(kind: Any, word: int, names: dict[str, Any]) -> tuple[str, int]:
     """Text that reads an argument of that kind from a word of the block on, and the word behind it."""
-    if isinstance(kind, numba.types.BaseNamedTuple):
-        tuple_kind: Any = kind
+    if hasattr(kind, "types"):
         items = []
-        for item in tuple_kind.types:
+        for item in kind.types:
             text, word = _load_text(item, word, names)
             items.append(text)
-        names[f"make_{tuple_kind.instance_class.__name__}"] = tuple_kind.instance_class
-        return f"make_{tuple_kind.instance_class.__name__}({', '.join(items)})", word
+        if not hasattr(kind, "instance_class"):
+            return f"({', '.join(items)},)", word
+        names[f"make_{kind.instance_class.__name__}"] = kind.instance_class
+        return f"make_{kind.instance_class.__name__}({', '.join(items)})", word
     names[f"load_{word}"] = _loader(kind)
     size = 5 + 2 * kind.ndim if isinstance(kind, numba.types.Array) else 1
     return f"load_{word}(block, {word})", word + size

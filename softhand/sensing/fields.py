@@ -1,17 +1,18 @@
 """The numbers of an observation, one behind the other in one block of memory, and by name as views of it.
 
-A block can be copied, delayed, disturbed or kept as a whole, and a kernel takes it as a single argument. `FIELDS` is
-the one list of what is in it and in which order: the views in Python and in kernels are both made from it.
+A block can be copied, delayed, disturbed or kept as a whole. `FIELDS` is
+the one list of what is in it and in which order.
 """
 
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Iterator
 from math import prod
 from typing import Any, NamedTuple
 
-from softhand.numerics.compiled import compiled
+import numpy as np
+
+from softhand.numerics.arrays import Array
 
 
 class Sizes(NamedTuple):
@@ -113,22 +114,24 @@ def room(sizes: Sizes, of: dict[str, str] = FIELDS) -> int:
     return sum(prod(shape) for name, shape in shapes(sizes).items() if name in of)
 
 
-def _program() -> Iterator[str]:
-    """The text of `fields`: a view for each row of the tables, in their order."""
-    yield "def fields(block, sizes):"
-    for letter in Sizes._fields:
-        yield f"    {letter} = sizes.{letter}"
-    yield "    end = 0"
-    for name, text in FIELDS.items():
-        shape = text.split()
-        yield f"    at_{name}, end = end, end + {' * '.join(shape)}"
-        view = f".reshape({', '.join(shape)})" if len(shape) > 1 else ""
-        yield f"    {name} = block[at_{name}:end]{view}"
-    for name, (first, size) in SPANS.items():
-        yield f"    {name} = block[at_{first}:at_{first} + {size}]"
-    yield f"    return Fields({', '.join(Fields._fields)})"
+def fields(block: Array, sizes: Sizes) -> Any:
+    """The fields of a block of at least `room(sizes)` numbers, as views."""
+    views, end = {}, 0
+    for name, shape in shapes(sizes).items():
+        start, end = end, end + prod(shape)
+        views[name] = block[start:end].reshape(shape)
+        for span, (first, size) in SPANS.items():
+            if name == first:
+                views[span] = block[start : start + size]
+    return Fields(**views)
 
 
-exec(compile("\n".join(_program()), __file__, "exec"))
-fields = compiled(globals()["fields"])
-"""fields(block, sizes): the fields of a block of at least `room(sizes)` numbers, as views; for kernels too."""
+def pick(record: type[Any], views: Any) -> Any:
+    """Some of the fields, as a record for a kernel: one argument each is cheap, all of them are not."""
+    return record(*(getattr(views, name) for name in record._fields))
+
+
+def beginnings(sizes: Sizes) -> dict[str, int]:
+    """Where each field begins in the block."""
+    ends = np.cumsum([prod(shape) for shape in shapes(sizes).values()])
+    return dict(zip(FIELDS, [0, *ends[:-1].tolist()], strict=True))

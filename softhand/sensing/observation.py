@@ -173,11 +173,11 @@ class Observation:
     """Share of the object's weight that the fingers shall carry, shape (1,)."""
 
     def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
-        views = fields.py_func(block, known.sizes)._asdict()
+        views = fields(block, known.sizes)
+        self.__dict__.update(fields=views, time=time, known=known, block=block)
         if is_live:
-            for view in views.values():
-                view.flags.writeable = False
-        self.__dict__.update(views, time=time, known=known, block=block)
+            views = fields(_read_only(block), known.sizes)
+        self.__dict__.update(views._asdict())
         self.__dict__["desired"] = Desired(
             self.object_coordinates_desired,
             self.object_coordinates_rate_desired,
@@ -188,7 +188,9 @@ class Observation:
         )
 
     block: Array
-    """All fields one behind the other, for kernels: `sensing.fields.fields(block, known.sizes)` has them by name."""
+    """All fields one behind the other, see `sensing.fields`."""
+    fields: Any
+    """The same by name, for kernels."""
     known: Known
     """What is the same at all observations."""
     desired: Desired
@@ -361,6 +363,12 @@ ALIASES = {
     "velocity_terms_O": "object_velocity_terms",
 }
 """The letters of the paper, and what they stand for."""
+
+
+def _read_only(array: Array) -> Array:
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _interleave(force_rows: Array, moment_rows: Array) -> Array:

@@ -20,7 +20,8 @@ from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import State, is_at
 from softhand.references.reference import Desired
-from softhand.sensing.fields import fields, room
+from softhand.sensing.fields import pick, room
+from softhand.sensing.groups import GROUPS
 from softhand.sensing.internal_forces import internal_forces
 from softhand.sensing.observation import Known, Observation
 
@@ -89,7 +90,7 @@ class Sensor:
         return self.observation
 
     def _prepare(self, state: State) -> None:
-        plant, desired, sizes = self._plant, self._desired, self.observation.known.sizes
+        plant, desired = self._plant, self._desired
         self._state = state
         self._observe = prepared(
             _observe,
@@ -99,16 +100,16 @@ class Sensor:
             Wanted(*(getattr(desired, name) for name in Wanted._fields)),
             state.arrays,
             plant.at,
-            self.block,
-            sizes,
+            tuple(pick(group, self.observation.fields) for group in GROUPS),
             varying=(True,),
         )
 
 
 @compiled
-def _observe(body, touch, terms, desired, state, at, block, sizes, evaluated):
+def _observe(body, touch, terms, desired, state, at, groups, evaluated):
     """Everything but the time; False if the plant is said to be evaluated at this state and is not."""
     contacts, poses, J = touch.contacts, terms.poses, terms.J
+    joints, object_, tips, at_tips, jacobians, supports, internal, asked = groups
     if not evaluated:
         evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, False, contacts, touch.jacobian)
         at[0] = math.nan
@@ -117,41 +118,46 @@ def _observe(body, touch, terms, desired, state, at, block, sizes, evaluated):
         forbid_pull(touch.pads, contacts)
     else:
         return False
-    observed = fields(block, sizes)
-    # joints: q_F, q_F', N_F
     gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
-    for k in range(observed.joint_position.shape[0]):
-        i = body.joints[k, 1]
-        is_angle = body.joints[k, 0] == CONTINUOUS
-        observed.joint_position[k] = math.atan2(state.q[i + 1], state.q[i]) if is_angle else state.q[i]
-        observed.joint_velocity[k], observed.gravity_torque[k] = state.v[k], body.gravity_terms[k]
-    for k in range(state.q.shape[0]):
-        observed.configuration[k] = state.q[k]
-    _describe_object(poses[poses.shape[0] - 1], state.v, body.gravity_terms, observed)
-    _describe_tips(body, touch.columns, poses, J, contacts, observed)
-    _describe_contacts(touch, poses, J, state.v, observed)
-    _describe_supports(contacts, observed)
-    # internal forces, f_N = K^+ f_C                                                                 (58)
-    internal_forces(contacts, body.pairs, observed.internal_force_basis, observed.internal_force)
-    _copy_desired(desired, observed)
+    _describe_joints(body, state.q, state.v, joints)
+    _describe_object(poses[poses.shape[0] - 1], state.v, body.gravity_terms, object_)
+    _describe_tips(body, touch.columns, poses, J, contacts, tips)
+    _describe_contacts(touch, poses, J, state.v, at_tips)
+    _describe_jacobians(touch, poses[poses.shape[0] - 1], object_.coordinate_map, jacobians)
+    _describe_supports(contacts, at_tips.friction_use.shape[0], supports)
+    # f_N = K^+ f_C                                                                                  (58)
+    internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
+    _copy_desired(desired, asked)
     return True
 
 
 @compiled
-def _copy_desired(desired, observed):
-    for k in range(6):
-        observed.object_coordinates_desired[k] = desired.coordinates[k]
-        observed.object_coordinates_rate_desired[k] = desired.coordinates_rate[k]
-        observed.object_coordinates_acceleration_desired[k] = desired.coordinates_acceleration[k]
-    for k in range(desired.internal_force.shape[0]):
-        observed.internal_force_desired[k] = desired.internal_force[k]
-    observed.opening_desired[0], observed.carried_desired[0] = desired.opening[0], desired.carried[0]
+def _describe_joints(body, q, v, joints):
+    """q, q_F, q_F', N_F."""
+    for k in range(joints.joint_position.shape[0]):
+        i = body.joints[k, 1]
+        is_angle = body.joints[k, 0] == CONTINUOUS
+        joints.joint_position[k] = math.atan2(q[i + 1], q[i]) if is_angle else q[i]
+        joints.joint_velocity[k], joints.gravity_torque[k] = v[k], body.gravity_terms[k]
+    for k in range(q.shape[0]):
+        joints.configuration[k] = q[k]
 
 
 @compiled
-def _describe_object(pose, v, gravity, observed):
+def _copy_desired(desired, asked):
+    for k in range(6):
+        asked.object_coordinates_desired[k] = desired.coordinates[k]
+        asked.object_coordinates_rate_desired[k] = desired.coordinates_rate[k]
+        asked.object_coordinates_acceleration_desired[k] = desired.coordinates_acceleration[k]
+    for k in range(desired.internal_force.shape[0]):
+        asked.internal_force_desired[k] = desired.internal_force[k]
+    asked.opening_desired[0], asked.carried_desired[0] = desired.opening[0], desired.carried[0]
+
+
+@compiled
+def _describe_object(pose, v, gravity, object_):
     """q_O, T_O, twist in world axes, N_O."""
-    q_O, rotation, T_O = observed.object_coordinates, observed.object_rotation, observed.coordinate_map
+    q_O, rotation, T_O = object_.object_coordinates, object_.object_rotation, object_.coordinate_map
     for row in range(3):
         q_O[row] = pose[9 + row]
         for k in range(3):
@@ -168,7 +174,7 @@ def _describe_object(pose, v, gravity, observed):
     T_O[3, 4], T_O[4, 4], T_O[5, 4] = -sin_yaw, cos_yaw, 0.0
     T_O[3, 5], T_O[4, 5], T_O[5, 5] = 0.0, 0.0, 1.0
     # from body to world axes; gravity terms are the wrench that holds, about the origin of the object frame
-    twist, wrench, N_O, column = observed.object_twist, observed.object_gravity, observed.N_O, v.shape[0] - 6
+    twist, wrench, N_O, column = object_.object_twist, object_.object_gravity, object_.N_O, v.shape[0] - 6
     for k in range(6):
         twist[k], wrench[k], N_O[k] = 0.0, 0.0, 0.0
     for row in range(3):
@@ -183,19 +189,18 @@ def _describe_object(pose, v, gravity, observed):
 
 
 @compiled
-def _describe_tips(body, columns, poses, J, contacts, observed):
-    """Finger frames F and their Jacobians: what depends on the joints alone."""
-    n = observed.joint_position.shape[0]
+def _describe_tips(body, columns, poses, J, contacts, tips):
+    """Finger frames F and their Jacobians."""
+    n = tips.tip_jacobian.shape[2]
     for i in range(body.tip_joints.shape[0]):
         pose, R = poses[body.tip_joints[i]], body.tip_rotations[i]
         x, y, z = contacts[i].tip[0], contacts[i].tip[1], contacts[i].tip[2]
-        observed.tip_position[i, 0], observed.tip_position[i, 1], observed.tip_position[i, 2] = x, y, z
+        tips.tip_position[i, 0], tips.tip_position[i, 1], tips.tip_position[i, 2] = x, y, z
         for row in range(3):
+            a, b, c = pose[row], pose[3 + row], pose[6 + row]
             for k in range(3):
-                observed.tip_rotation[i, row, k] = (
-                    pose[row] * R[0, k] + pose[3 + row] * R[1, k] + pose[6 + row] * R[2, k]
-                )
-        linear, angular = observed.tip_jacobian[i], observed.tip_angular_jacobian[i]
+                tips.tip_rotation[i, row, k] = a * R[0, k] + b * R[1, k] + c * R[2, k]
+        linear, angular = tips.tip_jacobian[i], tips.tip_angular_jacobian[i]
         for a in range(columns.shape[1]):
             column = columns[i, a]
             if column < 0 or column >= n:
@@ -208,39 +213,46 @@ def _describe_tips(body, columns, poses, J, contacts, observed):
 
 
 @compiled
-def _describe_contacts(touch, poses, J, v, observed):
-    """Forces and deformations, Jacobians by the velocities of joints and object, friction, eta."""
-    object_pose, T_O = poses[poses.shape[0] - 1], observed.coordinate_map
-    for i in range(observed.friction_use.shape[0]):
-        pad, contact, columns = touch.pads[i], touch.contacts[i], touch.columns[i]
-        for a in range(columns.shape[0]):
-            column = columns[a]
-            if column < 0 or column >= observed.joint_position.shape[0]:
-                break
-            for row in range(3):
-                observed.hand_force_jacobian[3 * i + row, column] = touch.jacobian[i, a, row]
-            observed.hand_torsion_jacobian[i, column] = touch.jacobian[i, a, 3]
-        force_rows, moment_row = observed.object_force_jacobian[3 * i : 3 * i + 3], observed.object_torsion_jacobian[i]
-        _object_rows(contact, object_pose, force_rows, moment_row)
-        J_O_f, J_O_tau = observed.J_O_f[3 * i : 3 * i + 3], observed.J_O_tau[i]
-        _object_rows_in_coordinates(contact, object_pose, T_O, J_O_f, J_O_tau)
-        observed.friction_use[i] = _friction_use(pad, contact)
+def _describe_contacts(touch, poses, J, v, at_tips):
+    """Forces, deformations, friction, eta."""
+    object_pose = poses[poses.shape[0] - 1]
+    for i in range(at_tips.friction_use.shape[0]):
+        pad, contact = touch.pads[i], touch.contacts[i]
+        at_tips.friction_use[i] = _friction_use(pad, contact)
         if not pad.can_slip:
             length = spin_length(pad, contact.distance)
             contact.limit_surface_use = limit_surface_use(contact.force, contact.friction, length)
-        coordinates, rate = observed.contact_coordinates[i], observed.contact_coordinates_rate[i]
-        contact_coordinates(pad, contact, columns, object_pose, J, v, coordinates, rate)
+        coordinates, rate = at_tips.contact_coordinates[i], at_tips.contact_coordinates_rate[i]
+        contact_coordinates(pad, contact, touch.columns[i], object_pose, J, v, coordinates, rate)
         for k in range(4):
-            observed.contact_force[i, k], observed.deformation[i, k] = contact.force[k], contact.deformation[k]
-            observed.deformation_rate[i, k] = contact.deformation_rate[k]
+            at_tips.contact_force[i, k], at_tips.deformation[i, k] = contact.force[k], contact.deformation[k]
+            at_tips.deformation_rate[i, k] = contact.deformation_rate[k]
         for row in range(3):
-            observed.contact_point[i, row] = contact.point[row]
+            at_tips.contact_point[i, row] = contact.point[row]
             for k in range(3):
-                observed.contact_rotation[i, row, k] = contact.rotation[row, k]
-        observed.contact_angles[i, 0], observed.contact_angles[i, 1] = contact.angles[0], contact.angles[1]
-        observed.contact_feature[i], observed.is_slipping[i] = contact.feature, contact.is_slipping
-        observed.limit_surface_use[i], observed.slip_travel[i] = contact.limit_surface_use, contact.slip_travel
-        observed.slip_twist[i], observed.slip_loss[i] = contact.slip_twist, contact.slip_loss
+                at_tips.contact_rotation[i, row, k] = contact.rotation[row, k]
+        at_tips.contact_angles[i, 0], at_tips.contact_angles[i, 1] = contact.angles[0], contact.angles[1]
+        at_tips.contact_feature[i], at_tips.is_slipping[i] = contact.feature, contact.is_slipping
+        at_tips.limit_surface_use[i], at_tips.slip_travel[i] = contact.limit_surface_use, contact.slip_travel
+        at_tips.slip_twist[i], at_tips.slip_loss[i] = contact.slip_twist, contact.slip_loss
+
+
+@compiled
+def _describe_jacobians(touch, object_pose, T_O, jacobians):
+    """J_CF by joints, J_O by the twist and by the coordinates of the object."""
+    for i in range(jacobians.hand_torsion_jacobian.shape[0]):
+        contact, columns = touch.contacts[i], touch.columns[i]
+        for a in range(columns.shape[0]):
+            column = columns[a]
+            if column < 0 or column >= jacobians.hand_torsion_jacobian.shape[1]:
+                break
+            for row in range(3):
+                jacobians.hand_force_jacobian[3 * i + row, column] = touch.jacobian[i, a, row]
+            jacobians.hand_torsion_jacobian[i, column] = touch.jacobian[i, a, 3]
+        rows = jacobians.object_force_jacobian[3 * i : 3 * i + 3], jacobians.object_torsion_jacobian[i]
+        _object_rows(contact, object_pose, rows[0], rows[1])
+        rows = jacobians.J_O_f[3 * i : 3 * i + 3], jacobians.J_O_tau[i]
+        _object_rows_in_coordinates(contact, object_pose, T_O, rows[0], rows[1])
 
 
 @compiled
@@ -286,15 +298,15 @@ def _object_rows_in_coordinates(contact, object_pose, T_O, J_O_f, J_O_tau):
 
 
 @compiled
-def _describe_supports(contacts, observed):
+def _describe_supports(contacts, first, supports):
     """What else touches: force, depth and shear, place, slip."""
-    first = observed.friction_use.shape[0]
-    for i in range(observed.support_slip_loss.shape[0]):
+    for i in range(supports.support_slip_loss.shape[0]):
         contact = contacts[first + i]
         for k in range(4):
-            observed.support_force[i, k], observed.support_deformation[i, k] = contact.force[k], contact.deformation[k]
+            supports.support_force[i, k] = contact.force[k]
+            supports.support_deformation[i, k] = contact.deformation[k]
         for row in range(3):
-            observed.support_point[i, row] = contact.point[row]
+            supports.support_point[i, row] = contact.point[row]
             for k in range(3):
-                observed.support_rotation[i, row, k] = contact.rotation[row, k]
-        observed.support_is_slipping[i], observed.support_slip_loss[i] = contact.is_slipping, contact.slip_loss
+                supports.support_rotation[i, row, k] = contact.rotation[row, k]
+        supports.support_is_slipping[i], supports.support_slip_loss[i] = contact.is_slipping, contact.slip_loss

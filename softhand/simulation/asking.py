@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,24 +24,22 @@ class Actuators:
         effort_limit: largest of each [N m, N], shape (n,).
 
     Attributes:
+        command: what was asked for, shape (n,).
         torque: as applied.
         limited: 1 where an effort limit cut what was asked for, shape (n,).
     """
 
     def __init__(self, torque: Array, effort_limit: Array) -> None:
         self.torque, self.limited = torque, np.zeros(torque.shape, np.int8)
-        self._command = np.zeros_like(torque)
-        self._limit = prepared(_limit, self._command, effort_limit.copy(), torque, self.limited)
+        self.command = np.zeros_like(torque)
+        self.apply = prepared(_limit, self.command, effort_limit.copy(), torque, self.limited)
 
     def reset(self) -> None:
         """No torque."""
         self.torque[:], self.limited[:] = 0.0, 0
 
-    def apply(self, command: Array) -> bool:
-        """Take a command, shape (n,), cut to the limits; False, and nothing changes, if it is not finite."""
-        self._command[:] = command
-        done: bool = self._limit()
-        return done
+    apply: Callable[[], bool]
+    """Give the joints what was asked for, cut to the limits; False, and nothing changes, if it is not finite."""
 
 
 class Asking:
@@ -51,8 +50,9 @@ class Asking:
         before: what it had returned before that.
     """
 
-    def __init__(self, controller: Controller, n_joints: int) -> None:
-        self._controller, self._shape = controller, (n_joints,)
+    def __init__(self, controller: Controller, command: Array) -> None:
+        self._controller, self._command = controller, command
+        self._shape = command.shape
         self.memory: Any = None
         self.before: Any = None
         self._has_started = False
@@ -67,8 +67,8 @@ class Asking:
         """Whether the controller has a memory."""
         return self._has_started
 
-    def ask(self, observation: Observation) -> Array:
-        """The torque that the controller commands, shape (n,).
+    def ask(self, observation: Observation) -> None:
+        """Set the command to the torque that the controller answers with.
 
         Raises:
             ControllerError: it raised, or returned no torque.
@@ -86,9 +86,9 @@ class Asking:
             )
         command, memory = result
         self.before, self.memory = self.memory, memory
-        if type(command) is np.ndarray and command.dtype == np.float64 and command.shape == self._shape:
-            return command
-        return self._checked(command, observation.time)
+        if not (type(command) is np.ndarray and command.dtype == np.float64 and command.shape == self._shape):
+            command = self._checked(command, observation.time)
+        self._command[:] = command
 
     def _checked(self, result: Any, time: float) -> Array:
         try:

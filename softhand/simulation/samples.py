@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from softhand.plant.plant import Plant
 from softhand.recording.events import events_as_text, find_events, phases_as_text
 from softhand.recording.recording import Recording
 from softhand.recording.variables import VARIABLES
-from softhand.sensing.fields import RECORDED, fields, room
+from softhand.sensing.fields import RECORDED, beginnings, room, shapes
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.faults import out_of_range
 from softhand.simulation.recorder import Recorder
@@ -106,13 +107,13 @@ class Samples:
     def _observed(self) -> dict[str, Any]:
         """The fields of all samples, shape (samples, ...) each."""
         rows = self._recorder["observed"]
-        template = np.arange(room(self._sizes), dtype=float)
-        views = fields.py_func(template, self._sizes)._asdict()
-        return {
-            name: rows[:, int(view.flat[0]) : int(view.flat[0]) + view.size].reshape(len(rows), *view.shape)
-            for name, view in views.items()
-            if name in RECORDED and view.size
-        }
+        found, begins = {}, beginnings(self._sizes)
+        for name, shape in shapes(self._sizes).items():
+            size = prod(shape)
+            if name in RECORDED and size:
+                values = rows[:, begins[name] : begins[name] + size]
+                found[name] = values.reshape(len(rows), *shape)
+        return found
 
     def _variables(self, first: int) -> dict[str, AnyArray]:
         world, count = self._plant.world, len(self)

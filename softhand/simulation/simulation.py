@@ -90,7 +90,7 @@ class Simulation:
         self.integration = stepper.start(plant)
         self._actuators = Actuators(self.integration.torque, self.observation.effort_limit)
         self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
-        self._asking = Asking(controller, plant.world.n_joints) if controller else None
+        self._asking = Asking(controller, self._actuators.command) if controller else None
         self._stride = _whole_periods(controller, control_period) if controller else 1
         self._pushes = Pushes(plant, pushes)
         self._Theta = np.zeros(plant.world.n_tips)
@@ -163,10 +163,11 @@ class Simulation:
         if fault != HEALTHY:
             raise stopped(fault, finger, self.plant, self._last_good())
         if self._asking is not None and self._k % self._stride == 0:
-            command = self._asking.ask(observation)
+            self._asking.ask(observation)
             self._asked_at = self._k
-            if not self._actuators.apply(command):
-                raise self._asking.bad(f"returned a torque with NaN or infinity: {command.tolist()} N m", self.time)
+            if not self._actuators.apply():
+                command = self._actuators.command.tolist()
+                raise self._asking.bad(f"returned a torque with NaN or infinity: {command} N m", self.time)
         return observation
 
     def step(self, torque: Array | None = None) -> None:
@@ -275,7 +276,9 @@ class Simulation:
 
     def _take(self, torque: Array) -> None:
         command = np.asarray(torque, dtype=float)
-        if command.shape != self.torque.shape or not self._actuators.apply(command):
+        if command.shape == self.torque.shape:
+            self._actuators.command[:] = command
+        if command.shape != self.torque.shape or not self._actuators.apply():
             raise ScenarioError(
                 f"torque: got {torque!r}; the hand has {len(self.torque)} joints, give a finite number for each.",
                 key="torque",

@@ -1,0 +1,51 @@
+"""Kernels that read an observation by the names of its fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from softhand.numerics.arrays import Array
+from softhand.numerics.prepared import prepared
+from softhand.sensing.fields import pick
+from softhand.sensing.observation import Observation
+
+
+class Bound:
+    """A kernel `kernel(observed, *settings, out)` as a function of an observation, which gives a new `out` each time.
+
+    It reads what it is handed. Which arrays belong to the observation is looked up once and kept for the next call with
+    the same one; another observation, a copy for instance, has arrays of its own.
+
+    Args:
+        size: of `out`, a vector.
+        kernel: made by `compiled`; `observed` is a `reads`, `out` is set.
+        reads: NamedTuple with the names of the fields that the kernel reads.
+        settings: what comes between, the same at each call.
+    """
+
+    def __init__(self, size: int, kernel: Callable[..., Any], reads: type[Any], *settings: Any) -> None:
+        self._size, self._kernel, self._reads, self._settings = size, kernel, reads, settings
+        self._block: Array | None = None
+
+    def __call__(self, observation: Observation) -> Array:
+        """The kernel's answer to the numbers of the observation, shape (size,)."""
+        out = np.empty(self._size)
+        if observation.block is not self._block:
+            self._block = observation.block
+            observed = pick(self._reads, observation.fields)
+            self._call = prepared(self._kernel, observed, *self._settings, varying=(out,))
+        self._call(out)
+        return out
+
+    def __getstate__(self) -> dict[str, Any]:
+        kernel = self._kernel.py_func  # type: ignore[attr-defined]
+        name = kernel.__module__, kernel.__qualname__
+        return {"size": self._size, "kernel": name, "settings": (self._reads, *self._settings)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        module, name = state["kernel"]
+        self.__init__(state["size"], getattr(import_module(module), name), *state["settings"])  # type: ignore[misc]
