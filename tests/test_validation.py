@@ -97,7 +97,7 @@ def test_no_pinocchio_is_needed() -> None:
     """The checks run where Pinocchio is not installed."""
     program = (
         "import sys; sys.modules['pinocchio'] = None\n"
-        "from softhand.model.validation.examination import examine\n"
+        "from softhand.model.urdf.examination import examine\n"
         f"print(len(examine(open({str(DATA / 'broken/zero_axis.urdf')!r}).read(), 'x').findings))"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
