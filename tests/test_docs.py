@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -83,6 +84,15 @@ def test_every_plugin_has_its_keys_in_the_table(kind: str) -> None:
     table = SCRIPT.plugins(kind)
     assert all(f"| **`{name}`** |" in table for name in SHIPPED[kind])
     assert table.count("| `radius` |") == (kind == "laws") and table.count("| `K_v` |") == 7 * (kind == "controllers")
+
+
+def test_every_file_that_the_page_of_architecture_names_is_there() -> None:
+    """Paths in its text, from the root, from softhand, or the end of such a path."""
+    text = (ROOT / "docs/architecture.md").read_text().partition("<!-- end -->")[2]
+    named = set(re.findall(r"`([\w/.-]+(?:\.(?:py|md|toml)|/))`", text))
+    there = {f"/{path.relative_to(ROOT)}{'/' * path.is_dir()}" for path in ROOT.glob("[!.]*/**/*")}
+    assert {"scenario/agreement.py", "studies/", "docs/checks.md"} <= named
+    assert [name for name in named if not any(path.endswith(f"/{name}") for path in there)] == []
 
 
 def test_the_tree_has_every_module() -> None:
