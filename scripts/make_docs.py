@@ -12,8 +12,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
-import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, get_args
@@ -121,7 +120,7 @@ def plugins(kind: str) -> str:
     return _table(rows)
 
 
-def _table(rows: Iterator[str] | list[str]) -> str:
+def _table(rows: Iterable[str]) -> str:
     return "\n".join([_row("Key", "Type", "Unit", "Default", "Meaning"), _row(*["---"] * 5), *rows])
 
 
@@ -227,7 +226,7 @@ def printed(page: str, text: str, blocks: Blocks) -> tuple[str, list[str]]:
     return text, stale
 
 
-def main(arguments: list[str], folder: Path = ROOT, pages: Mapping[str, Blocks] = types.MappingProxyType(PAGES)) -> int:
+def main(arguments: list[str], folder: Path = ROOT, pages: Mapping[str, Blocks] = PAGES) -> int:
     """Write the pages of a folder, or with `--check` only name those that are stale; the exit code."""
     only_check, found = "--check" in arguments, 0
     for page, blocks in pages.items():
