@@ -9,6 +9,7 @@ Examples:
 
 from __future__ import annotations
 
+import argparse
 import ast
 import re
 import sys
@@ -109,15 +110,13 @@ def _tables(annotation: Any) -> list[type[Settings]]:
 
 
 def plugins(kind: str) -> str:
-    """The keys of the plugins of one kind: those that all have, then those of each."""
+    """The keys of the plugins of one kind: those that all have alike, then those of each."""
     classes = {name: find_plugin(kind, name, kind) for name in SHIPPED[kind]}
-    keys = {name: getattr(cls, "model_fields", {}) for name, cls in classes.items()}
-    shared = set.intersection(*(set(fields) for fields in keys.values()))
-    rows = [_key_row(key, field) for key, field in next(iter(keys.values())).items() if key in shared]
-    for name, fields in keys.items():
-        rows.append(_row(f"**`{name}`**", "", "", "", _cell(describe_plugin(kind, name))))
-        rows += [_key_row(key, field) for key, field in fields.items() if key not in shared]
-    return _table(rows)
+    keys = {name: list(_rows(cls, "")) if is_table(cls) else [] for name, cls in classes.items()}
+    shared = [row for row in next(iter(keys.values())) if all(row in rows for rows in keys.values())]
+    own = {name: [row for row in rows if row not in shared] for name, rows in keys.items()}
+    names = {name: _row(f"**`{name}`**", "", "", "", _cell(describe_plugin(kind, name))) for name in keys}
+    return _table([*shared, *(row for name in keys for row in (names[name], *own[name]))])
 
 
 def _table(rows: Iterable[str]) -> str:
@@ -228,7 +227,9 @@ def printed(page: str, text: str, blocks: Blocks) -> tuple[str, list[str]]:
 
 def main(arguments: list[str], folder: Path = ROOT, pages: Mapping[str, Blocks] = PAGES) -> int:
     """Write the pages of a folder, or with `--check` only name those that are stale; the exit code."""
-    only_check, found = "--check" in arguments, 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if a page is stale")
+    only_check, found = parser.parse_args(arguments).check, 0
     for page, blocks in pages.items():
         text, stale = printed(page, (folder / page).read_text(), blocks)
         if not stale:
