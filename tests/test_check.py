@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from softhand.plugins import SHIPPED, find_plugin
 from softhand.scenario.file import find_scenario, resolve_path, scenario_names
 from softhand.scenario.scenario import load_scenario, with_law
 from softhand.scenario.schema import scenario_schema
-from softhand.settings.notes import field_notes, unit_of
 from softhand.settings.toml import tomllib
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))
@@ -251,11 +251,22 @@ def test_what_softhand_takes_the_schema_takes(changes: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind in SHIPPED for name in SHIPPED[kind]])
 def test_every_key_of_a_plugin_is_described(kind: str, name: str) -> None:
-    """The docstring of each plugin has a line for each of its keys."""
-    plugin = find_plugin(kind, name, kind)
-    assert set(field_notes(plugin)) == set(plugin.model_fields)
+    """A docstring stands below each field of each plugin."""
+    fields = find_plugin(kind, name, kind).model_fields
+    assert [key for key, field in fields.items() if not field.description] == []
 
 
-def test_units_are_read_from_notes() -> None:
-    """The first brackets."""
-    assert unit_of("stiffness of the position [N/m], one number or three.") == "N/m" and unit_of("a name.") == ""
+def described(schema: Any) -> Iterator[tuple[str, bool]]:
+    """Key by key, at every depth, whether the schema describes it."""
+    for part in schema.values() if isinstance(schema, dict) else schema if isinstance(schema, list) else ():
+        yield from described(part)
+    for key, value in schema.get("properties", {}).items() if isinstance(schema, dict) else ():
+        yield key, bool(value.get("description"))
+
+
+def test_every_key_of_a_scenario_is_described() -> None:
+    """Also those of tables in tables: waypoints, tips placed on links, the balls of a palm."""
+    tables = {name: table for name, table in SCHEMA["properties"].items() if "anyOf" not in table}
+    found = list(described({"properties": tables}))
+    assert {"carried", "frame", "face_friction", "radius", "height", "joint_guess"} <= {key for key, _ in found}
+    assert [key for key, is_described in found if not is_described] == []

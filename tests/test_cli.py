@@ -12,7 +12,7 @@ import pytest
 from typer.main import get_command
 
 from softhand import Recording
-from softhand.commands.app import app
+from softhand.commands.main import app
 from softhand.plugins import SHIPPED
 
 COMMAND = str(Path(sys.executable).with_name("softhand"))

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from softhand import Controller, GraspError, ModelError, Recording, ScenarioError, build, load_scenario, simulate
 from softhand.analysis.summary import summarize
 from softhand.checks.recording import check_recording
-from softhand.commands.app import app
+from softhand.commands.main import app
 from softhand.controllers.regulation import Regulation
 from softhand.model.snapshot import Snapshot
 from softhand.model.urdf.examination import examine

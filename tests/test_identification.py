@@ -47,14 +47,10 @@ class Power(Law):
 
 
 class Hertz(Law):
-    """Sphere on a plane: the same two coefficients in all directions.
-
-    Attributes:
-        E: modulus of elasticity [N/m^2].
-        nu: Poisson's ratio.
-    """
+    """Sphere on a plane: the same two coefficients in all directions."""
 
     E: Positive
+    """Modulus of elasticity [N/m^2]."""
     nu: float = 0.5
 
     @staticmethod

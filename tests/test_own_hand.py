@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import softhand.commands.main
-from softhand.commands.app import app
+from softhand.commands.main import app
 
 PAGE = (Path(__file__).parent.parent / "docs/own-hand.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, flags=re.DOTALL)

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import softhand.commands.main
 from softhand import GraspError, load_scenario, place_object, simulate
 from softhand.assembly.plant import read_world
-from softhand.commands.app import app
+from softhand.commands.main import app
 from softhand.grasping.placement import room
 from softhand.grasping.quality import quality_in
 from softhand.scenario.scenario import with_law

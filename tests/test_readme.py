@@ -1,6 +1,5 @@
-"""The README tells the truth: its examples run and its table is current."""
+"""The README tells the truth: its examples run and its links lead somewhere."""
 
-import importlib.util
 import re
 from pathlib import Path
 
@@ -29,14 +28,6 @@ def test_the_controller_example_regulates(tmp_path, monkeypatch):
     exec(compile(EXAMPLES[0], "README.md", "exec"), namespace)
     assert softhand.summarize(namespace["recording"]).position_error < 2.0
     assert (tmp_path / "run.nc").is_file() and (tmp_path / "figure.png").is_file()
-
-
-def test_the_summary_table_is_current():
-    """The table in the README is what the script prints now."""
-    spec = importlib.util.spec_from_file_location("make_readme", ROOT / "scripts/make_readme.py")
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    assert script.summary_table(softhand.simulate(softhand.load_scenario("target-a"))) in README
 
 
 def test_the_pictures_and_pages_are_there():

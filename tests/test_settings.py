@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from typing import Any, Literal
 
 import numpy as np
@@ -13,13 +15,14 @@ from pydantic import ValidationError, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.settings.settings import Gain, NonNegative, Positive, Settings, Vector, Vector3, read_settings
-from softhand.settings.wording import nearest, show
+from softhand.settings.wording import nearest, show, unit_of
 
 
 class Inner(Settings):
     """A nested table."""
 
     stiffness: Positive = 1.0
+    """Of the spring [N/m]."""
 
 
 class Law(Settings):
@@ -203,6 +206,53 @@ def test_settings_are_frozen() -> None:
     """Settings cannot be changed after they were checked."""
     with pytest.raises(ValidationError):
         Law().k_r = 2.0
+
+
+class Described(Inner):
+    """A field of its own, one described anew, one of the base."""
+
+    weight: Positive
+    """Weight [N], of all.
+
+    And more.
+    """
+    plain: float = 0.0
+
+
+def test_a_field_is_described_by_the_docstring_below_it() -> None:
+    """Of the class itself and of its bases; without a docstring there is no description."""
+    descriptions = {name: field.description for name, field in Described.model_fields.items()}
+    assert descriptions == {
+        "stiffness": "Of the spring [N/m].",
+        "weight": "Weight [N], of all.\n\nAnd more.",
+        "plain": None,
+    }
+
+
+def test_units_are_read_from_descriptions() -> None:
+    """The first brackets; none without brackets, without their end, or without a description."""
+    assert unit_of("Stiffness of the position [N/m], one number or three [1].") == "N/m"
+    assert [unit_of(text) for text in ("A name.", "An end [m is missing.", "", None)] == [""] * 4
+
+
+TYPED = """
+from softhand.settings.settings import Settings, read_settings
+class Typed(Settings):
+    k: float
+    '''Stiffness [N/m].'''
+
+print(read_settings(Typed, {"k": 3}, "").k)
+"""
+
+
+@pytest.mark.parametrize("how", ["typed", "command", "exec", "exec in a function"])
+def test_a_class_needs_no_source(how: str) -> None:
+    """Classes typed into an interpreter, or run from a text, are settings like others."""
+    nested = f"def make():\n    exec({TYPED!r}, {{'__name__': 'nowhere'}})\nmake()\n"
+    text = {"exec": f"exec({TYPED!r})\n", "exec in a function": nested}.get(how, TYPED)
+    arguments, given = (["-c", text], None) if how == "command" else (["-i", "-q"] if how == "typed" else ["-"], text)
+    result = subprocess.run([sys.executable, *arguments], input=given, capture_output=True, text=True, check=True)
+    assert result.stdout.split() == ["3.0"], result.stderr
 
 
 json_values = st.recursive(

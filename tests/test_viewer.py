@@ -19,7 +19,7 @@ from tornado.websocket import websocket_connect
 from typer.testing import CliRunner
 
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
-from softhand.commands.app import app
+from softhand.commands.main import app
 from softhand.viewer.live.stream import encode
 from softhand.viewer.live.viewer import Pace, Replay
 from softhand.viewer.report.browser import Browser

@@ -28,10 +28,9 @@ from softhand.scenario.bodies import FACES
 from softhand.scenario.fingertip import DampingSection, FingertipSection
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.observation import Observation
-from softhand.settings.notes import field_notes, unit_of
 from softhand.settings.settings import Settings
 from softhand.settings.toml import tomllib
-from softhand.settings.wording import show
+from softhand.settings.wording import show, unit_of
 from softhand.simulation.simulation import Simulation
 
 _NEAR = 0.9  # of a limit
@@ -274,13 +273,17 @@ def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[t
 def _values(toml: str) -> list[tuple[str, str, str]]:
     """Key, value and unit of all settings of a resolved scenario."""
     table = tomllib.loads(toml)
-    return list(_flat(table, "", field_notes(Scenario), _plugin_notes(table)))
+    return list(_flat(table, "", _units(Scenario), _section_units(table)))
 
 
-def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """What the docstrings say of the keys of each section."""
-    notes = {
-        name: field_notes(kind)
+def _units(settings: type[Settings]) -> dict[str, str]:
+    return {name: unit_of(field.description) for name, field in settings.model_fields.items()}
+
+
+def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """The units of the keys of each section, those of its plugin among them."""
+    units = {
+        name: _units(kind)
         for name, field in Scenario.model_fields.items()
         for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
         if isinstance(kind, type) and issubclass(kind, Settings)
@@ -292,26 +295,26 @@ def _plugin_notes(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
         ("stepper", "steppers", table["stepper"]["name"]),
     ]
     if "damping" in fingertip:
-        notes["fingertip.damping"] = field_notes(DampingSection)
+        units["fingertip.damping"] = _units(DampingSection)
         chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
     for tip, own in fingertip.get("tips", {}).items():
         path = f"fingertip.tips.{tip}"
-        notes[path] = field_notes(FingertipSection)
+        units[path] = _units(FingertipSection)
         chosen.append((path, "laws", own.get("law", fingertip["law"])))
         if "damping" in own:
-            notes[f"{path}.damping"] = field_notes(DampingSection)
+            units[f"{path}.damping"] = _units(DampingSection)
             chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
     for section, kind, name in chosen:
-        notes[section] |= field_notes(find_plugin(kind, name, section))
-    return notes
+        units[section] |= _units(find_plugin(kind, name, section))
+    return units
 
 
 def _flat(
-    table: Mapping[str, Any], path: str, notes: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
+    table: Mapping[str, Any], path: str, units: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
 ) -> Iterator[tuple[str, str, str]]:
     for key, value in table.items():
         name = f"{path}.{key}".lstrip(".")
         if isinstance(value, Mapping):
             yield from _flat(value, name, sections.get(name, {}), sections)
         elif value != []:
-            yield name, show(value), unit_of(notes.get(key, ""))
+            yield name, show(value), units.get(key, "")

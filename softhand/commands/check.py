@@ -75,7 +75,9 @@ def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
     checkup = check_scenario(scenario)
     if quiet:
         return
-    print_table(target, [(key, f"{value} {unit}".rstrip()) for key, value, unit in checkup.values])
+    print_table(
+        target, [(key, value if unit in ("", "1") else f"{value} {unit}") for key, value, unit in checkup.values]
+    )
     print_table("at the start", checkup.start)
     _print_warnings(checkup.warnings)
     _print_verdict(target, len(checkup.warnings))

@@ -28,16 +28,14 @@ class AngleFeedback(Controller):
     centre of mass, J_C the Jacobian at the contact points. Structure: certain; the details of the original, which is
     planar and without gravity, are not. Two fingers only; contact points, normals and the object's orientation are
     measured.
-
-    Attributes:
-        K: stiffness of the angle [N m/rad].
-        D: damping of the angle [N m s/rad].
-        K_v: joint damping [N m s/rad], one number or n.
     """
 
     K: NonNegative = 0.3
+    """Stiffness of the angle [N m/rad]."""
     D: NonNegative = 0.002
+    """Damping of the angle [N m s/rad]."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The joint damping as an array, and b: the axis of the last joint of finger 1."""

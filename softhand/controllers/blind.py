@@ -27,18 +27,16 @@ class Blind(Controller):
     pulls all tips together; f_d is chosen so that at the start the mean of f_d |x_j - x_i| / sum(r) is that of f_Nd.
     Structure: certain; the details of the original, among them which Jacobian J_W,i is, are not. Three fingers or more.
     Tips that roll and give way move against the object: an error remains that joint sensing cannot see.
-
-    Attributes:
-        K_p: stiffness of the virtual position [N/m].
-        K_o: stiffness of the virtual attitude [N m/rad].
-        mass: object mass that the fingers carry in equal parts [kg].
-        damping: C, joint damping [N m s/rad], one number or n.
     """
 
     K_p: NonNegative = 200.0
+    """Stiffness of the virtual position [N/m]."""
     K_o: NonNegative = 0.3
+    """Stiffness of the virtual attitude [N m/rad]."""
     mass: NonNegative = 0.2
+    """Mass of the object, which the fingers carry in equal parts [kg]."""
     damping: Gain = 0.005
+    """Damping C of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The damping, the virtual frame and the object's pose at the start, and f_d for squeezes of 1 N."""

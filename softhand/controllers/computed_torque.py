@@ -26,23 +26,20 @@ class ComputedTorque(Controller):
     Form: certain, for rigid contacts; K_v is not part of it. Soft tips put a spring between hand and object: the gains
     must stay well below its frequency, 20 to 30 Hz in the reference hand. Where J_h is not square, A is the least-norm
     solution. A' is a difference of two samples.
-
-    Attributes:
-        torsion_compensation: whether the measured torsion moments are compensated as in (59); rigid point contacts,
-            as in the original, have none.
-        K_p_position: stiffness of the error [1/s^2], one number or three.
-        K_p_orientation: the same of roll, pitch, yaw [1/s^2], one number or three.
-        K_d_position: damping of the error [1/s], one number or three.
-        K_d_orientation: the same of roll, pitch, yaw [1/s], one number or three.
-        K_v: joint damping [N m s/rad], one number or n.
     """
 
     torsion_compensation: bool = True
+    """Whether the measured torsion moments are compensated. Rigid point contacts, as in the original, have none."""
     K_p_position: Gain = 200.0
+    """Stiffness of the error of the position [1/s^2], one number or three."""
     K_p_orientation: Gain = 200.0
+    """Stiffness of the error of roll, pitch, yaw [1/s^2], one number or three."""
     K_d_position: Gain = 15.0
+    """Damping of the error of the position [1/s], one number or three."""
     K_d_orientation: Gain = 12.0
+    """Damping of the error of roll, pitch, yaw [1/s], one number or three."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The gains, and A of the previous sample with its time."""

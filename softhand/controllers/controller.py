@@ -15,13 +15,10 @@ Torque: TypeAlias = NDArray[np.float64]
 
 
 class Controller(Settings, ABC):
-    """A control law. Its fields are its settings; what it remembers is its memory, which goes in and comes back.
-
-    Attributes:
-        period: own sampling period [s], a whole number of the scenario's control periods; None: every control period.
-    """
+    """A control law. Its fields are its settings; what it remembers is its memory, which goes in and comes back."""
 
     period: Positive | None = None
+    """Own sampling period [s], a whole number of control periods; each control period if not given."""
 
     def start(self, observation: Observation) -> Any:
         """The memory before the first call; None for a controller that remembers nothing."""

@@ -21,20 +21,18 @@ class FingerOnly(Controller):
     `ObjectEstimator`. The law of the tips, the faces and the weight of the object, and its pose at the start are known;
     after the start nothing else is read than the joints and the contact forces, in C_F. Form of the controller:
     certain. The estimate is as good as the known law, and slides away slowly where tips creep, slip or are damped.
-
-    Attributes:
-        torsion_compensation: whether the estimated torsion moments are compensated.
-        K_O_position: stiffness of the position [N/m], one number or three.
-        K_O_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
-        K_v: joint damping [N m s/rad], one number or n.
-        K_N: gain of the internal force, one number or one a pair of contacts.
     """
 
     torsion_compensation: bool = True
+    """Whether the estimated torsion moments are compensated."""
     K_O_position: Gain = 100.0
+    """Stiffness of the position [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
+    """Stiffness of roll, pitch, yaw [N m/rad], one number or three."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5
+    """Gain of the internal force [1], one number or one a pair of contacts."""
 
     def start(self, observation: Observation) -> Any:
         """The gains, and the estimator at the pose of the start."""

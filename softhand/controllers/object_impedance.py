@@ -21,28 +21,26 @@ class ObjectImpedance(Controller):
     Form: certain; impedance control of the grasped object is in many papers and textbooks. K_v is not part of it: the
     damper acts on the object only, and the tips have next to no damping of their own. Valid where tips are much stiffer
     than K: the spring then is that of the object. Torsion as in (59).
-
-    Attributes:
-        torsion_compensation: whether the measured torsion moments are compensated.
-        M_position: virtual mass [kg], one number or three.
-        M_orientation: virtual inertia of roll, pitch, yaw [kg m^2], one number or three.
-        D_position: damping [N s/m], one number or three.
-        D_orientation: damping of roll, pitch, yaw [N m s/rad], one number or three.
-        K_position: stiffness [N/m], one number or three.
-        K_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
-        K_int: factor of the desired internal force, one number or one a pair of contacts.
-        K_v: joint damping [N m s/rad], one number or n.
     """
 
     torsion_compensation: bool = True
+    """Whether the measured torsion moments are compensated."""
     M_position: Gain = 0.2
+    """Virtual mass [kg], one number or three."""
     M_orientation: Gain = 1e-4
+    """Virtual inertia of roll, pitch, yaw [kg m^2], one number or three."""
     D_position: Gain = 2.0
+    """Damping of the position [N s/m], one number or three."""
     D_orientation: Gain = 0.002
+    """Damping of roll, pitch, yaw [N m s/rad], one number or three."""
     K_position: Gain = 100.0
+    """Stiffness of the position [N/m], one number or three."""
     K_orientation: Gain = 0.3
+    """Stiffness of roll, pitch, yaw [N m/rad], one number or three."""
     K_int: Gain = 1.0
+    """Factor of the desired internal force [1], one number or one a pair of contacts."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The gains as arrays."""

@@ -25,16 +25,14 @@ class Opposing(Controller):
     stands for the tangential force. Structure: certain; the details of the original, which is planar, are not. The
     last two terms, gravity of the fingers and of an object of known mass, are added: the original moves in a level
     plane. Two fingers only. The pose is not regulated: it comes to rest where the pull has no moment.
-
-    Attributes:
-        gamma: how softly the tips keep their attitude [m^2 rad / (N m)]: r_i^2 / gamma is the stiffness [N m/rad].
-        mass: object mass that the fingers carry in equal parts [kg].
-        damping: C, joint damping [N m s/rad], one number or n.
     """
 
     gamma: Positive = 2e-5
+    """Softness of the tips' attitude [m^2 rad/(N m)]; r_i^2 / gamma is the stiffness of tip i."""
     mass: NonNegative = 0.2
+    """Mass of the object, which the fingers carry in equal parts [kg]."""
     damping: Gain = 0.005
+    """Damping C of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The damping as an array, q_F(0), e_i as rows, and f_d for a squeeze of 1 N."""

@@ -29,32 +29,30 @@ class PickAndPlace(Controller):
     Above it the torque is that of (59) with the desired share of the weight N_O, the rest of which is the table's. An
     opening below 0 presses a little, so that (59) finds all tips in touch. The run ends with the name of the tip or the
     figure at fault when a tip does not touch in time, lets go, when the object is lost, or would fall at the release.
-
-    Attributes:
-        touch_force: mean of f_Nd above which the object is held [N].
-        K_tip: stiffness of a free tip [N/m].
-        D_tip: damping of a free tip [N s/m].
-        patience: longest time that a tip may be without touch while the object is held [s].
-        lost: distance of the object from its desired position at which it is given up [m].
-        torsion_compensation: as in `regulation`.
-        K_O_position: as in `regulation` [N/m].
-        K_O_orientation: as in `regulation` [N m/rad].
-        K_v: joint damping [N m s/rad], one number or n.
-        K_N: as in `regulation`.
-        K_posture: as in `regulation`, towards the open fingers of the start [N m/rad].
     """
 
     touch_force: Positive = 0.3
+    """Mean of f_Nd above which the object is held [N]."""
     K_tip: Positive = 100.0
+    """Stiffness of a free tip [N/m]."""
     D_tip: NonNegative = 4.0
+    """Damping of a free tip [N s/m]."""
     patience: NonNegative = 0.2
+    """Longest time that a tip may be without touch while the object is held [s]."""
     lost: Positive = 0.015
+    """Distance of the object from its desired position at which it is given up [m]."""
     torsion_compensation: bool = True
+    """Whether the measured torsion moments are compensated."""
     K_O_position: Gain = 100.0
+    """Stiffness of the position, as in `regulation` [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
+    """Stiffness of roll, pitch, yaw, as in `regulation` [N m/rad], one number or three."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5
+    """Gain of the internal force, as in `regulation` [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
+    """Stiffness of idle joint motions towards the open fingers of the start [N m/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """Law (59) at its start; all tips free, at their feet."""

@@ -28,22 +28,20 @@ class PointContact(Controller):
     with W what carries the object's weight and N the unit vectors between the contacts, f_Nd > 0 squeezes. Structure:
     certain; the details of the original are not. The squeeze has no feedback. The contacts are wrong by dr, 2 mm of
     10 mm in the reference hand: a small steady error, where (59) has none, is the price of knowing less.
-
-    Attributes:
-        torsion_compensation: whether the measured torsion moments are compensated.
-        K_position: stiffness [N/m].
-        K_orientation: stiffness [N m/rad].
-        D_position: damping [N s/m].
-        D_orientation: damping [N m s/rad].
-        K_v: joint damping [N m s/rad], one number or n.
     """
 
     torsion_compensation: bool = True
+    """Whether the measured torsion moments are compensated."""
     K_position: NonNegative = 100.0
+    """Stiffness of the position [N/m]."""
     K_orientation: NonNegative = 0.3
+    """Stiffness of the orientation [N m/rad]."""
     D_position: NonNegative = 1.0
+    """Damping of the velocity of the object [N s/m]."""
     D_orientation: NonNegative = 0.001
+    """Damping of the angular velocity of the object [N m s/rad]."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The joint damping as an array."""

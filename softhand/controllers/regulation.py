@@ -32,22 +32,20 @@ class Regulation(Controller):
 
     which no contact force needs to balance. Where J_CF^f has full column rank, as with three joints a finger, the term
     is zero.
-
-    Attributes:
-        torsion_compensation: whether the measured torsion moments are compensated.
-        K_O_position: stiffness of the position [N/m], one number or three.
-        K_O_orientation: stiffness of roll, pitch, yaw [N m/rad], one number or three.
-        K_v: joint damping [N m s/rad], one number or n.
-        K_N: gain of the internal force, one number or one a pair of contacts.
-        K_posture: stiffness of the posture in the null space of J_CF^f [N m/rad], one number or n.
     """
 
     torsion_compensation: bool = True
+    """Whether the measured torsion moments are compensated."""
     K_O_position: Gain = 100.0
+    """Stiffness of the position [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
+    """Stiffness of roll, pitch, yaw [N m/rad], one number or three."""
     K_v: Gain = 0.005
+    """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5
+    """Gain of the internal force [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
+    """Stiffness of idle joint motions towards the angles of the start [N m/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The compiled law with its gains and the posture of the start."""

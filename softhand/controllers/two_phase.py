@@ -26,18 +26,16 @@ class TwoPhase(Controller):
     the joints would go without an object: q_F(0) + tau(0) / K_q, with tau(0) the torques that hold the start. So the
     grasp comes from stiffness alone: squeeze and position are not regulated, and neither f_C nor the object's position
     is measured after the start. Structure: certain; the details of the original are not. Two fingers only.
-
-    Attributes:
-        K_P: way of a tip for an angle [m/rad].
-        K_I: the same for its integral [m/(rad s)].
-        K_q: stiffness of the joints [N m/rad], one number or n, above 0.
-        K_d: damping of the joints [N m s/rad], one number or n.
     """
 
     K_P: NonNegative = 0.02
+    """Way of a tip for the missing angle [m/rad]."""
     K_I: NonNegative = 0.4
+    """Way of a tip for its integral [m/(rad s)]."""
     K_q: Gain = 2.0
+    """Stiffness of the joints [N m/rad], one number or one a joint, above 0."""
     K_d: Gain = 0.02
+    """Damping of the joints [N m s/rad], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """What is fixed at the start: gains, q_bias, b, the way of the joints; then the integral and its time."""

@@ -19,14 +19,12 @@ class Fung(Damping):
     F_e is the force of the law in its own coordinates. In place of q_k its complement is integrated, which needs no
     rate of F_e: q_k = c_k (F_e - w_k), w_k' = nu_k (F_e - w_k). A fast motion meets F_e, a slow one c_0 F_e. At the
     start all is relaxed.
-
-    Attributes:
-        shares: c_k [1], one to four numbers with a sum below 1.
-        rates: nu_k [1/s], as many.
     """
 
     shares: Vector = (0.2, 0.1)
+    """Shares c_k of the force that relax [1], one to four with a sum below 1."""
     rates: Vector = (50.0, 5.0)
+    """Rates nu_k at which they relax [1/s], as many."""
 
     @field_validator("shares")
     @classmethod

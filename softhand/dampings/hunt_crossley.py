@@ -11,16 +11,14 @@ class HuntCrossley(Damping):
 
     No jump at the first touch. The original has the normal direction only; here the tangential directions and the
     torsion get lambda F_n times their own velocity, ours.
-
-    Attributes:
-        radial: lambda of the normal direction [s/m].
-        tangential: of the two tangential directions [s/m].
-        torsional: of the torsion [m s/rad].
     """
 
     radial: NonNegative = 0.2
+    """Damping lambda along the normal, over the normal force [s/m]."""
     tangential: NonNegative = 0.2
+    """The same in the two tangential directions [s/m]."""
     torsional: NonNegative = 2e-5
+    """The same of the torsion [m s/rad]."""
 
     def viscosity_per_force(self) -> Channels:
         """The three lambda."""

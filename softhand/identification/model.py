@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -17,6 +15,7 @@ from softhand.identification.measurements import Measurements
 from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.settings.wording import unit_of
 
 _BAD = 1e30  # stands in for a force that is no number
 _MOST_STARTS = 512
@@ -33,7 +32,7 @@ class Coefficient:
         lower: lowest value that the law takes.
         upper: highest.
         closed: whether it takes `lower` and `upper` themselves.
-        unit: from the docstring of the law, "" if it says none.
+        unit: from the description of the field, "" if it says none.
     """
 
     name: str
@@ -46,7 +45,6 @@ class Coefficient:
 
 def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
     """The fields of a law that are numbers, without the radius."""
-    units = _units(law_class)
     found = []
     for name, field in law_class.model_fields.items():
         if name == "radius" or field.annotation is not float:
@@ -57,16 +55,8 @@ def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
         default = None if field.is_required() else float(field.default)
         signs = [sign for value, sign in limits if value is not None]
         closed = ("gt" not in signs, "lt" not in signs)
-        found.append(Coefficient(name, default, lower, upper, closed, units.get(name, "")))
+        found.append(Coefficient(name, default, lower, upper, closed, unit_of(field.description)))
     return found
-
-
-def _units(law_class: type[Law]) -> dict[str, str]:
-    """Units in the docstring: `k_r: radial stiffness coefficient [N/m^2].`"""
-    text = inspect.getdoc(law_class) or ""
-    entries = re.findall(r"^\s+(\w+): ((?:.|\n(?!\s+\w+:))*)", text, flags=re.MULTILINE)
-    units = {name: re.search(r"\[([^\]]+)\]", rest) for name, rest in entries}
-    return {name: match[1] for name, match in units.items() if match}
 
 
 class Model:

@@ -20,22 +20,19 @@ class Conservative(Law):
     by design it does not give (9): it is isotropic. Finite elements of a bonded hemisphere have growth = 5.1 for
     d / r = 0.1 to 0.4 [Q]. The default is 0, as in (6): with 5.1 a tip under much shear softens so fast as it is
     relieved that it peels off inside the friction cone. The last factor, ours, lets k_t vanish with the contact.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        k_r: radial stiffness coefficient [N/m^2].
-        k_phi: tangential coefficient [N/m^2].
-        k_psi: coefficient of the torsion [N/m^3].
-        growth: of the logarithm of k_t with d / r [1].
     """
 
     coordinates = "surface"
     deepest = 0.4
 
     k_r: Positive = 0.377e6
+    """Radial stiffness coefficient of (4) [N/m^2]."""
     k_phi: Positive = 0.166e6
+    """Coefficient of the tangential stiffness, as in (6) [N/m^2]."""
     k_psi: Positive = 0.0488e9
+    """Coefficient of the torsion, as in (12) [N/m^3]."""
     growth: NonNegative = 0.0
+    """Growth of the logarithm of the tangential stiffness with dr / r [1]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, k_r, k_phi, k_psi, growth):

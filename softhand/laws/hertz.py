@@ -20,11 +20,6 @@ class Hertz(Law):
     f_n does not depend on s and psi, as these stiffnesses do on d: no energy, a grasp may gain or lose some. Meant for
     d << r; a grasp of the reference hand is beyond that, and the recording says so. The default E gives the reference
     tip's force at d = 2.3 mm.
-
-    Attributes:
-        radius: radius r of the sphere [m].
-        E: Young's modulus of the tip [N/m^2]; the object is rigid.
-        nu: Poisson's ratio, 0 to 0.5.
     """
 
     coordinates = "surface"
@@ -32,7 +27,9 @@ class Hertz(Law):
     deepest = 0.1
 
     E: Positive = 0.32e6
+    """Young's modulus of the tip [N/m^2]; the object is rigid."""
     nu: Annotated[float, Field(ge=0, le=0.5)] = 0.5
+    """Poisson's ratio of the tip [1]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, E, nu):

@@ -47,12 +47,10 @@ class Law(Settings):
     `surface`: the deformation is (dr, s1, s2, psi), s1 and s2 the tangential displacement of the tip's material over
     the object along two axes that are fixed in the face, psi the twist about the outward normal of the tip. The force
     on the object is (f_n, f_1, f_2, tau) along the same directions. Nothing is singular.
-
-    Attributes:
-        radius: radius r of the undeformed hemisphere [m].
     """
 
     radius: Annotated[float, Field(gt=0, le=1)]  # mm in the place of m are refused
+    """Radius r of the undeformed hemisphere [m]."""
 
     coordinates: ClassVar[Literal["polar", "surface"]] = "polar"
 

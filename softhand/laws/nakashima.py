@@ -18,21 +18,18 @@ class Nakashima(Law):
 
     Fr is zero for dr <= 0. The paper has cos phi in (9), which holds up to phi = 90 deg; its integral needs the
     absolute value beyond. The field is not conservative: dFpsi/d(dr) is not zero while dFr/d(dpsi) is.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        k_r: radial stiffness coefficient [N/m^2].
-        k_phi: coefficient of the compressive angle [N/m^2].
-        k_theta: coefficient of the shearing angle [N/m^3].
-        k_psi: coefficient of the torsion [N/m^3].
     """
 
     Phi_range = (0.0, 85.0)
 
     k_r: Positive
+    """Radial stiffness coefficient of (4) [N/m^2]."""
     k_phi: Positive
+    """Coefficient of the compressive angle, (6) [N/m^2]."""
     k_theta: Positive
+    """Coefficient of the shearing angle, (9) [N/m^3]."""
     k_psi: Positive
+    """Coefficient of the torsion, (12) [N/m^3]."""
 
     @staticmethod
     def force(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_theta, k_psi):

@@ -23,18 +23,15 @@ class ParallelDistributed(Law):
     does not have. Its moment M = dP/dthp, the method `moment`, is not transmitted: a contact here carries a force and a
     torsion, no moment about the tangents. So rolling neither stores nor returns the energy that goes with thp. Reported
     E are 0.20 to 0.23 MPa [U]; the default is the reference tip's k_r.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        E: Young's modulus [N/m^2].
-        k_torsional: stand-in for the spin of the tip being held [N m/rad].
     """
 
     coordinates = "surface"
     Phi_range = (45.0, 90.0)
 
     E: Positive = 0.377e6
+    """Young's modulus of the tip [N/m^2]."""
     k_torsional: NonNegative = 0.025
+    """Torsional stiffness, a stand-in for the spin of the tip being held [N m/rad]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, E, k_torsional):

@@ -15,20 +15,19 @@ class Plain(Law):
 
         f_n = c d^zeta,   f_t = k_tangential s,   tau = k_torsional psi   (d > 0)
 
-    Attributes:
-        radius: not used.
-        c: [N/m^zeta].
-        zeta: exponent; 1 is a linear spring.
-        k_tangential: [N/m].
-        k_torsional: [N m/rad].
+    The radius is not used.
     """
 
     coordinates = "surface"
 
     c: Positive
+    """Coefficient of the normal force [N/m^zeta]."""
     zeta: Annotated[float, Field(ge=1)] = 1.0
+    """Exponent of the depth [1]; 1 is a linear spring."""
     k_tangential: NonNegative
+    """Tangential stiffness [N/m]."""
     k_torsional: NonNegative = 0.0
+    """Torsional stiffness [N m/rad]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, c, zeta, k_tangential, k_torsional):

@@ -16,21 +16,18 @@ class Planar(Law):
     The original moves in the plane of dr and dphi. A hand in space needs something to hold the tip across it:
     `k_tangential` and `k_torsional` stand in for the plane. With both 0 the law is the original's, and only a grasp
     without forces across the plane has a start.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        k_r: radial stiffness coefficient [N/m^2].
-        k_phi: coefficient of the compressive angle [N/m^2].
-        k_tangential: stand-in across the plane, along growing Theta [N/m].
-        k_torsional: stand-in for the torsion [N m/rad].
     """
 
     Phi_range = (0.0, 85.0)
 
     k_r: Positive = 0.377e6
+    """Radial stiffness coefficient of (4) [N/m^2]."""
     k_phi: Positive = 0.166e6
+    """Coefficient of the compressive angle, (6) [N/m^2]."""
     k_tangential: NonNegative = 2500.0
+    """Stiffness across the plane, along growing Theta, a stand-in for the plane [N/m]."""
     k_torsional: NonNegative = 0.025
+    """Torsional stiffness, a stand-in for the plane [N m/rad]."""
 
     @staticmethod
     def force(dr, dtheta, dphi, dpsi, phi, radius, k_r, k_phi, k_tangential, k_torsional):

@@ -16,13 +16,6 @@ class Point(Law):
     all steppers but `midpoint`. A controller that feeds forces back once a millisecond makes an undamped penalty ring
     until it breaks, so this law brings a `kelvin-voigt` damping, 10 N s/m, where a scenario has none. The limit of the
     torsion is elastic: psi goes on and comes back.
-
-    Attributes:
-        radius: radius r of the tip [m].
-        k: normal penalty [N/m].
-        k_tangential: tangential penalty [N/m].
-        k_torsional: torsional penalty [N m/rad].
-        gamma: largest torsion moment over the normal force [m].
     """
 
     coordinates = "surface"
@@ -30,9 +23,13 @@ class Point(Law):
     deepest = 0.1
 
     k: Positive = 5e4
+    """Stiffness along the normal, a penalty [N/m]."""
     k_tangential: Positive = 5e4
+    """Tangential stiffness, likewise [N/m]."""
     k_torsional: Positive = 0.5
+    """Torsional stiffness, likewise [N m/rad]."""
     gamma: Positive = 1.5e-3
+    """Largest torsion moment over the normal force [m]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, k, k_tangential, k_torsional, gamma):

@@ -19,21 +19,18 @@ class Power(Law):
     gamma = n / (2 n + 1) lies in [0, 1/3], n the exponent of the material, so zeta >= 1.5: 1.5 is Hertz, 2 the paper's
     law (4) with c_d = pi k_r, the default. The law has no tangential or torsional force; `k_tangential` and
     `k_torsional` stand in for the rolling constraint while the tip touches.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        c_d: [N/m^zeta].
-        zeta: exponent, at least 1.5.
-        k_tangential: stand-in for the rolling constraint [N/m].
-        k_torsional: stand-in for the spin of the tip being held [N m/rad].
     """
 
     coordinates = "surface"
 
     c_d: Positive = pi * 0.377e6
+    """Coefficient of the normal force [N/m^zeta]."""
     zeta: Annotated[float, Field(ge=1.5)] = 2.0
+    """Exponent of the depth [1]."""
     k_tangential: NonNegative = 2500.0
+    """Tangential stiffness, a stand-in for the rolling constraint [N/m]."""
     k_torsional: NonNegative = 0.025
+    """Torsional stiffness, a stand-in for the spin of the tip being held [N m/rad]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, c_d, zeta, k_tangential, k_torsional):

@@ -16,19 +16,16 @@ class Radial(Law):
     K = pi k_r equals (4). The law has no tangential or torsional force: in the original, pure rolling holds these
     directions. softhand has springs in place of constraints, so `k_tangential` and `k_torsional` stand in for it while
     the tip touches. The original's xi(dr) dr' is a damping: `hunt-crossley` or `kelvin-voigt`.
-
-    Attributes:
-        radius: radius r of the hemisphere [m].
-        K: [N/m^2].
-        k_tangential: stand-in for the rolling constraint [N/m].
-        k_torsional: stand-in for the spin of the tip being held [N m/rad].
     """
 
     coordinates = "surface"
 
     K: Positive = pi * 0.377e6
+    """Coefficient of dr^2 [N/m^2]."""
     k_tangential: NonNegative = 2500.0
+    """Tangential stiffness, a stand-in for the rolling constraint [N/m]."""
     k_torsional: NonNegative = 0.025
+    """Torsional stiffness, a stand-in for the spin of the tip being held [N m/rad]."""
 
     @staticmethod
     def force(dr, s1, s2, psi, lean1, lean2, radius, K, k_tangential, k_torsional):

@@ -17,19 +17,16 @@ FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 class PlacedTip(Settings):
-    """A fingertip placed on a link of the hand.
-
-    Attributes:
-        frame: link that carries it.
-        name: of the fingertip; FRAME_soft if not given.
-        position: centre of the hemisphere's flat face in the frame of that link [m].
-        rpy: roll, pitch, yaw there of the axes whose x points out of the tip [rad].
-    """
+    """A fingertip placed on a link of the hand."""
 
     frame: str
+    """Link that carries it."""
     name: str | None = None
+    """Name of the fingertip; FRAME_soft if not given."""
     position: Vector3 = (0.0, 0.0, 0.0)
+    """Centre of the hemisphere's flat face in the frame of that link [m]."""
     rpy: Vector3 = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw there of the axes whose x points out of the tip [rad]."""
 
     @property
     def label(self) -> str:
@@ -38,22 +35,18 @@ class PlacedTip(Settings):
 
 
 class HandSection(Settings):
-    """The hand and its fingertips.
-
-    Attributes:
-        urdf: file of the hand, relative to the scenario, or package://NAME/PATH in an installed package.
-        tips: of each fingertip its link or frame: centre of the hemisphere's flat face, x out of the tip; or a table
-            that places it on a link.
-        position: of the root link in the base frame [m].
-        rpy: roll, pitch, yaw of the root link [rad].
-        effort_limit: largest torque of every joint, in place of those of the URDF [N m or N].
-    """
+    """The hand and its fingertips."""
 
     urdf: str
+    """File of the hand, relative to the scenario, or package://NAME/PATH in an installed package."""
     tips: Annotated[tuple[str | PlacedTip, ...], Field(min_length=2)]
+    """Of each fingertip its link or frame at the centre of the hemisphere's flat face, x out of the tip; or a table."""
     position: Vector3 = (0.0, 0.0, 0.0)
+    """Position of the root link in the base frame [m]."""
     rpy: Vector3 = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw of the root link [rad]."""
     effort_limit: Positive | None = None
+    """Largest torque of every joint [N m or N]; those of the URDF if not given."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,25 +67,22 @@ def _names(tips: tuple[str | PlacedTip, ...]) -> tuple[str, ...]:
 
 
 class ObjectSection(Settings):
-    """The object and its pose at the start.
-
-    Attributes:
-        urdf: file of the object, relative to the scenario, or package://NAME/PATH in an installed package.
-        mass: replaces the mass of the URDF and scales its inertia alike [kg].
-        position: origin of the object frame at the start, in the base frame [m].
-        rpy: roll, pitch, yaw at the start [rad].
-        ellipsoid: semi-axes of an ellipsoid that takes the place of the URDF's collision shape [m].
-        hull: take the convex hull of a collision mesh that is not convex.
-        face_friction: coefficient on faces of the box, by name in `FACES`, in place of that of the tip [1].
-    """
+    """The object and its pose at the start."""
 
     urdf: str
+    """File of the object, relative to the scenario, or package://NAME/PATH in an installed package."""
     mass: Positive | None = None
+    """Mass in place of that of the URDF, whose inertia is scaled alike [kg]."""
     ellipsoid: tuple[Positive, Positive, Positive] | None = None
+    """Semi-axes of an ellipsoid in the place of the URDF's collision shape [m]."""
     hull: bool = False
+    """Whether the convex hull of a collision mesh is taken that is not convex."""
     position: Vector3
+    """Origin of the object frame at the start, in the base frame [m]."""
     rpy: Vector3
+    """Roll, pitch, yaw at the start [rad], R = R_z(yaw) R_y(pitch) R_x(roll)."""
     face_friction: dict[str, Positive] | None = None
+    """Coefficient mu on faces of a box, "+x" to "-z" along its axes, in place of that of the tip [1]."""
 
     @field_validator("face_friction", mode="before")
     @classmethod
@@ -106,21 +96,18 @@ class ObjectSection(Settings):
 
 
 class TableSection(Settings):
-    """An endless plane that the corners of the object and the fingertips may meet; it bears on one side.
-
-    Attributes:
-        height: of the plane along its normal, from the origin of the base frame [m].
-        friction: coefficient mu, of the object and of the tips [1].
-        normal: out of the table, of any length, in the base frame.
-        stiffness: of each corner of the object, normal and tangential [N/m].
-        damping: of each corner, likewise [N s/m].
-    """
+    """An endless plane that the corners of the object and the fingertips may meet; it bears on one side."""
 
     height: float
+    """Height of the plane along its normal, from the origin of the base frame [m]."""
     friction: Positive
+    """Coefficient mu, of the object and of the tips [1]."""
     normal: Vector3 = (0.0, 0.0, 1.0)
+    """Normal out of the table, of any length, in the base frame [1]."""
     stiffness: Positive = 2e4
+    """Stiffness of each corner of the object, normal and tangential [N/m]."""
     damping: NonNegative = 10.0
+    """Damping of each corner, likewise [N s/m]."""
 
     @field_validator("normal")
     @classmethod
@@ -131,20 +118,17 @@ class TableSection(Settings):
 
 
 class PalmSection(Settings):
-    """A compliant ball on a link of the hand that the object may meet.
-
-    Attributes:
-        frame: link or frame of the hand that carries it; its base too.
-        position: of its centre in that frame [m].
-        radius: of the ball [m].
-        friction: coefficient mu [1].
-        stiffness: normal and tangential [N/m].
-        damping: likewise [N s/m].
-    """
+    """A compliant ball on a link of the hand that the object may meet."""
 
     frame: str
+    """Link or frame of the hand that carries the ball; its base too."""
     position: Vector3
+    """Centre of the ball in that frame [m]."""
     radius: Positive
+    """Radius of the ball [m]."""
     friction: Positive
+    """Coefficient mu [1]."""
     stiffness: Positive = 1e4
+    """Stiffness, normal and tangential [N/m]."""
     damping: NonNegative = 5.0
+    """Damping, likewise [N s/m]."""

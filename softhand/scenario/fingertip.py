@@ -11,55 +11,46 @@ from softhand.settings.settings import OpenSettings, Positive, read_settings
 
 
 class DampingSection(OpenSettings):
-    """The damping of the tips by name, and its own parameters.
-
-    Attributes:
-        name: of the damping.
-    """
+    """The damping of the tips by name, and its own parameters."""
 
     name: str
+    """Name of the damping."""
 
 
 class TipSection(OpenSettings):
-    """What is different at one fingertip, and parameters of its law.
-
-    Attributes:
-        law: name of the law; another one than that of all tips begins from its own defaults.
-        friction: as in `fingertip` [1].
-        static_friction: as in `fingertip` [1].
-        torsion_length: as in `fingertip` [m].
-        damping: as in `fingertip`; the whole table.
-    """
+    """What is different at one fingertip, and parameters of its law."""
 
     law: str | None = None
+    """Name of the law; another than that of all tips begins from its own defaults and keeps the radius."""
     friction: Positive | None = None
+    """As in `fingertip` [1]."""
     static_friction: Positive | None = None
+    """As in `fingertip` [1]."""
     torsion_length: Positive | None = None
+    """As in `fingertip` [m]."""
     damping: DampingSection | None = None
+    """As in `fingertip`, the whole table."""
 
 
 class FingertipSection(OpenSettings):
-    """The fingertip law by name, and its own parameters.
-
-    Attributes:
-        law: name of the law.
-        friction: coefficient mu [1]; with `coulomb` that of a tip which slips.
-        contact: `rolling`, the paper's, where a tip never slips, or `coulomb`.
-        static_friction: coefficient at which slip begins [1]; that of `friction` if not given.
-        torsion_length: largest torsion over friction times normal force [m]; from the pressure of the law if not given.
-        tips_touch: whether tips meet each other; otherwise they pass through each other.
-        damping: of the tips, if any.
-        tips: tables by the name of a fingertip, whose keys hold there in place of these.
-    """
+    """The fingertip law by name, and its own parameters."""
 
     law: str
+    """Name of the law."""
     friction: Positive
+    """Coefficient mu of friction [1]; with `coulomb` that of a tip which slips."""
     contact: Literal["rolling", "coulomb"] = "rolling"
+    """Whether friction has a limit: `rolling`, the paper's, where a tip never slips, or `coulomb`."""
     static_friction: Positive | None = None
+    """Coefficient at which slip begins, with `coulomb` [1]; that of `friction` if not given."""
     torsion_length: Positive | None = None
+    """Largest torsion over mu f_z [m]; from the pressure of the law if not given."""
     tips_touch: bool = False
+    """Whether tips meet each other; otherwise they pass through each other."""
     damping: DampingSection | None = None
+    """Damping of the tips; that of the law, most have none, if not given."""
     tips: dict[str, TipSection] | None = None
+    """Tables by the name of a fingertip, whose keys hold there in place of these."""
 
     @field_validator("tips", mode="before")
     @classmethod

@@ -6,17 +6,14 @@ a table of its own keys and anything else.
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 from pydantic import BaseModel
 
-from softhand.plugins import find_plugin, plugin_names
-from softhand.scenario import scenario
+from softhand.plugins import describe_plugin, find_plugin, plugin_names
 from softhand.scenario.fingertip import DampingSection, FingertipSection, TipSection
 from softhand.scenario.scenario import Scenario
 from softhand.scenario.task import ControllerSection, StepperSection
-from softhand.settings.notes import field_notes
 
 Schema = dict[str, Any]
 
@@ -25,7 +22,7 @@ def scenario_schema() -> Schema:
     """JSON schema, draft 2020-12, of a scenario file with all plugins that are installed."""
     damping = _choice(DampingSection, "dampings", "name")
     tips = {
-        "description": field_notes(FingertipSection)["tips"],
+        "description": _table(FingertipSection)["properties"]["tips"].get("description", ""),
         "type": "object",
         "additionalProperties": _tip(damping),
     }
@@ -34,14 +31,9 @@ def scenario_schema() -> Schema:
         "controller": _choice(ControllerSection, "controllers", "name"),
         "stepper": _choice(StepperSection, "steppers", "name"),
     }
-    fields = Scenario.model_fields
-    for name, field in fields.items():
-        section = field.annotation
-        if name not in sections and isinstance(section, type) and issubclass(section, BaseModel):
-            sections[name] = _table(section)
     table = _table(Scenario)
-    notes = field_notes(Scenario)
-    table["properties"] |= {name: {"description": notes[name], **section} for name, section in sections.items()}
+    for name, section in sections.items():
+        table["properties"][name] = {"description": table["properties"][name].get("description", ""), **section}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "softhand scenario", **table}
 
 
@@ -61,9 +53,8 @@ def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None =
     names, default = plugin_names(kind), section.model_fields[key].default
     choices = []
     for name in names:
-        plugin = find_plugin(kind, name, key)
-        table = _table(plugin)
-        chosen = {key: {"const": name, "description": table["description"]}}
+        table = _table(find_plugin(kind, name, key))
+        chosen = {key: {"const": name, "description": describe_plugin(kind, name)}}
         needed = {*own["required"], *table["required"], key}
         if name == default:
             needed.discard(key)
@@ -86,40 +77,29 @@ def _choice(section: type[BaseModel], kind: str, key: str, more: Schema | None =
 
 
 def _table(cls: type[BaseModel]) -> Schema:
-    """A table of settings: its keys with types, limits, defaults and what the docstring says."""
+    """A table of settings: its keys with types, limits, defaults and descriptions."""
     schema = cls.model_json_schema()
-    schema["properties"] = _inlined(schema["properties"], schema.get("$defs", {}))
-    notes = field_notes(cls)
-    properties = {
-        name: _without_null({word: value for word, value in schema["properties"][name].items() if word != "title"})
-        for name in cls.model_fields
-    }
-    for name, note in notes.items():
-        properties[name] = {"description": note, **properties[name]}
-    return {
-        "description": _first_line(cls),
-        "type": "object",
-        "properties": properties,
-        "required": schema.get("required", []),
-        "additionalProperties": False,
-    }
+    return {"properties": {}, "required": [], **_tidied(schema, schema.get("$defs", {}))}
 
 
-def _inlined(value: Any, tables: Schema) -> Any:
-    """The value with every reference to a table replaced by it; those of `softhand.scenario` with their notes."""
+def _tidied(value: Any, tables: Schema) -> Any:
+    """The schema with tables in the place of references to them, without titles and None, which TOML does not have."""
     if isinstance(value, list):
-        return [_inlined(part, tables) for part in value]
+        return [_tidied(part, tables) for part in value]
     if not isinstance(value, dict):
         return value
     if "$ref" in value:
-        name = value["$ref"].removeprefix("#/$defs/")
-        section = getattr(scenario, name, None)
-        return _table(section) if section else _inlined(tables[name], tables)
-    return {word: _inlined(part, tables) for word, part in value.items()}
+        table = tables[value["$ref"].removeprefix("#/$defs/")]
+        return _tidied({**table, **{word: part for word, part in value.items() if word != "$ref"}}, tables)
+    tidy = {word: _tidied(part, tables) for word, part in value.items() if word not in ("title", "$defs", "properties")}
+    if "properties" in value:
+        tidy["properties"] = {name: _tidied(part, tables) for name, part in value["properties"].items()}
+    if "description" in tidy:
+        tidy["description"] = " ".join(tidy["description"].partition("\n\n")[0].split())
+    return _without_null(tidy)
 
 
 def _without_null(value: Schema) -> Schema:
-    """Leave None out, which TOML does not have."""
     if value.get("default", 0) is None:
         del value["default"]
     options = [option for option in value.get("anyOf", []) if option != {"type": "null"}]
@@ -127,7 +107,3 @@ def _without_null(value: Schema) -> Schema:
         del value["anyOf"]
         return {**options[0], **value}
     return {**value, "anyOf": options} if options else value
-
-
-def _first_line(cls: type[Any]) -> str:
-    return (inspect.getdoc(cls) or "").partition("\n")[0]

@@ -12,71 +12,59 @@ from softhand.settings.wording import describe, show
 
 
 class GraspSection(Settings):
-    """The grasp at the start.
-
-    Attributes:
-        contact_points: one a fingertip, on the surface, in the object frame [m].
-        internal_force: at the start, one number a pair of fingertips; positive squeezes [N]. 0 with open fingers.
-        opening: how far off its contact point each tip starts, along the outward normal [m]; 0: in the grasp.
-        joint_guess: where the inverse kinematics starts, one number a joint [rad].
-    """
+    """The grasp at the start."""
 
     contact_points: tuple[Vector3, ...]
+    """Contact of each tip at the start, on the surface within 1 um, in the object frame [m]."""
     internal_force: Vector
+    """Internal force at the start [N], one number a pair of fingertips; positive squeezes; 0 with open fingers."""
     opening: NonNegative = 0.0
+    """How far off its contact point each tip starts, along the outward normal [m]; 0 is in the grasp."""
     joint_guess: Vector | None = None
+    """Where the inverse kinematics starts [rad], one number a joint; amid the limits if not given."""
 
 
 class ControllerSection(OpenSettings):
-    """The controller by name, and its own parameters.
-
-    Attributes:
-        name: of the controller.
-    """
+    """The controller by name, and its own parameters."""
 
     name: str
+    """Name of the controller."""
 
 
 class WaypointSection(Settings):
-    """One waypoint. What is not given stays as it was at the waypoint before, or at the start.
-
-    Attributes:
-        phase: name of the way there, for figures and events.
-        duration: of the way there [s].
-        object_position: in the base frame [m].
-        object_rpy: roll, pitch, yaw [rad].
-        internal_force: in the order of grasp.internal_force [N].
-        opening: how far the tips stand off their contact points [m]; below 0 they press.
-        carried: share of the object's weight that the fingers carry; the table has the rest.
-    """
+    """One waypoint. What is not given stays as it was at the waypoint before, or at the start."""
 
     phase: str = ""
+    """Name of the way there, for figures and events."""
     duration: Positive
+    """Duration of the way there [s]."""
     object_position: Vector3 | None = None
+    """Position of the object in the base frame [m]."""
     object_rpy: Vector3 | None = None
+    """Roll, pitch, yaw of the object [rad]."""
     internal_force: Vector | None = None
+    """Internal force, in the order of grasp.internal_force [N]."""
     opening: float | None = None
+    """How far the tips stand off their contact points [m]; below 0 they press."""
     carried: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Share of the object's weight that the fingers carry [1]; the table has the rest."""
 
 
 class ReferenceSection(Settings):
-    """What the controller is asked for.
-
-    Attributes:
-        kind: `step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one.
-        duration: time to the target; of `minimum-jerk` only [s].
-        object_position: target position, in the base frame [m]; not with `waypoints`.
-        object_rpy: target roll, pitch, yaw [rad]; not with `waypoints`.
-        internal_force: target, in the order of grasp.internal_force [N]; not with `waypoints`.
-        waypoints: one after the other.
-    """
+    """What the controller is asked for."""
 
     kind: Literal["step", "minimum-jerk", "waypoints"]
+    """`step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one."""
     duration: Positive = 1.0
+    """Time to the target [s]; of `minimum-jerk` only."""
     object_position: Vector3 | None = None
+    """Target position, in the base frame [m]; not with `waypoints`."""
     object_rpy: Vector3 | None = None
+    """Target roll, pitch, yaw [rad]; not with `waypoints`."""
     internal_force: Vector | None = None
+    """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints`."""
     waypoints: tuple[WaypointSection, ...] = ()
+    """Waypoints, one after the other."""
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> ReferenceSection:
@@ -102,12 +90,9 @@ class ReferenceSection(Settings):
 
 
 class StepperSection(OpenSettings):
-    """The stepper by name, and its own parameters.
-
-    Attributes:
-        name: of the stepper.
-        step: time step, a whole number of which makes a control period [s].
-    """
+    """The stepper by name, and its own parameters."""
 
     name: str = "midpoint"
+    """Name of the stepper."""
     step: Positive = 0.001
+    """Time step, a whole number of which makes a control period [s]."""

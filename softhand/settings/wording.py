@@ -82,6 +82,12 @@ def describe(annotation: Any, metadata: Iterable[Any] = (), many: bool = False) 
     return _WORDS.get(origin or annotation, (f"a {name}", f"values of {name}"))[many] + _describe_limits(metadata)
 
 
+def unit_of(description: str | None) -> str:
+    """The unit in brackets in the description of a setting, such as N/m in "Stiffness [N/m]."; "" without one."""
+    unit, closed, _ = (description or "").partition("[")[2].partition("]")
+    return unit if closed else ""
+
+
 def is_table(annotation: Any) -> TypeGuard[type[BaseModel]]:
     """Whether a setting of this type is a table."""
     # Python 3.10 takes tuple[float, ...] for a type, but not for a class that could have a base.

@@ -21,14 +21,12 @@ class Adaptive(Stepper):
     """Explicit Runge-Kutta of order 8 (Dormand-Prince 853, scipy) with error control.
 
     Each `step` is integrated in as many sub-steps as the tolerances ask for. Slow and exact: use it to judge others.
-
-    Attributes:
-        rtol: relative tolerance.
-        atol: absolute tolerance, SI units.
     """
 
     rtol: Positive = 1e-9
+    """Relative tolerance [1]."""
     atol: Positive = 1e-11
+    """Absolute tolerance of each number of the state, in its SI unit."""
 
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""

@@ -15,13 +15,10 @@ from softhand.settings.settings import Positive, Settings
 
 
 class Stepper(Settings, ABC):
-    """Settings of a time integration. `start` gives the object that does the work.
-
-    Attributes:
-        step: time step [s]; a whole number of steps makes a control period.
-    """
+    """Settings of a time integration. `start` gives the object that does the work."""
 
     step: Positive = 0.001
+    """Time step [s]; a whole number of steps makes a control period."""
 
     stable_up_to: ClassVar[float] = inf
     """Largest product of the step and the fastest angular frequency of the contacts at which a motion does not grow."""

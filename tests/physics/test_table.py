@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import softhand.commands.main  # noqa: F401  adds the commands
-from softhand.commands.app import app
+from softhand.commands.main import app
 from softhand.errors import SofthandError
 from softhand.validation import table
 from softhand.validation.check import Check
