@@ -32,12 +32,16 @@ if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposal, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
     from softhand.laws.law import Law
+    from softhand.plant.plant import Plant
+    from softhand.plant.state import State
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
-    from softhand.recording.recording import Recording
+    from softhand.recording.recording import Recording, load_recording
+    from softhand.references.reference import Reference
     from softhand.scenario.file import scenario_names
     from softhand.scenario.scenario import Scenario, load_scenario
     from softhand.sensing.observation import Observation
+    from softhand.simulation.pushes import Push
     from softhand.simulation.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.studies.compare import compare
@@ -68,11 +72,15 @@ _HOMES = {
     ),
     "laws.law": ("Law",),
     "plots": ("draw_run", "save_figure"),
-    "recording.recording": ("Recording",),
+    "recording.recording": ("Recording", "load_recording"),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names",),
     "sensing.observation": ("Observation",),
     "simulation.simulation": ("Simulation",),
+    "simulation.pushes": ("Push",),
+    "plant.plant": ("Plant",),
+    "plant.state": ("State",),
+    "references.reference": ("Reference",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
     "viewer.report.film": ("write_film",),

@@ -9,6 +9,7 @@ from softhand.laws.law import Law
 from softhand.plant.plant import Plant
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario
+from softhand.simulation.pushes import Push
 from softhand.simulation.simulation import Progress, Simulation
 
 
@@ -40,6 +41,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         duration=scenario.duration,
         control_period=scenario.control_period,
         scenario=resolved(scenario, law, controller, stepper).to_toml(),
+        pushes=[Push(**push.model_dump()) for push in scenario.push],
     )
 
 

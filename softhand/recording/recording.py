@@ -154,6 +154,18 @@ class Recording:
             ) from error
 
 
+def load_recording(path: str | os.PathLike[str]) -> Recording:
+    """Read what `Recording.save` wrote, or the `run.nc` in the folder of a run.
+
+    Args:
+        path: of the file, or of its folder.
+
+    Raises:
+        RecordingError: the file does not exist, is damaged, or is no recording.
+    """
+    return Recording.load(Path(path) / "run.nc" if Path(path).is_dir() else path)
+
+
 def _suggest(name: str, names: Iterable[str]) -> str:
     nearest = get_close_matches(name, names, n=1)
     return f"did you mean {nearest[0]!r}?" if nearest else f"there are: {', '.join(names)}"

@@ -14,7 +14,7 @@ from softhand.scenario.agreement import check_counts, check_opening, check_times
 from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
-from softhand.scenario.task import ControllerSection, GraspSection, ReferenceSection, StepperSection
+from softhand.scenario.task import ControllerSection, GraspSection, PushSection, ReferenceSection, StepperSection
 from softhand.settings.settings import Positive, Settings, Vector3, read_settings
 
 
@@ -48,6 +48,8 @@ class Scenario(Settings):
     """What sets the joint torques."""
     reference: ReferenceSection
     """What the controller is asked for."""
+    push: tuple[PushSection, ...] = ()
+    """What disturbs the object or the hand."""
     stepper: StepperSection = StepperSection()
     """The time integration."""
 

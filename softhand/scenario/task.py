@@ -89,6 +89,23 @@ class ReferenceSection(Settings):
         return self
 
 
+class PushSection(Settings):
+    """A push from outside: a force and a moment on one body while a time lasts, world axes."""
+
+    on: str = "object"
+    """What is pushed: "object", or a link or frame of the hand."""
+    force: Vector3 = (0.0, 0.0, 0.0)
+    """Force in the base frame [N]."""
+    moment: Vector3 = (0.0, 0.0, 0.0)
+    """Moment in the base frame [N m]."""
+    point: Vector3 = (0.0, 0.0, 0.0)
+    """Where the force acts, in the frame of the body [m]."""
+    start: NonNegative = 0.0
+    """When it begins [s]."""
+    duration: Positive
+    """How long it lasts [s]."""
+
+
 class StepperSection(OpenSettings):
     """The stepper by name, and its own parameters."""
 
