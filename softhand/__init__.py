@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
     from softhand.recording.recording import Recording
+    from softhand.references.goal import Goal
+    from softhand.references.reference import Reference
     from softhand.scenario.file import scenario_names
     from softhand.scenario.scenario import Scenario, load_scenario
     from softhand.sensing.observation import Observation
@@ -69,6 +71,8 @@ _HOMES = {
     "laws.law": ("Law",),
     "plots": ("draw_run", "save_figure"),
     "recording.recording": ("Recording",),
+    "references.goal": ("Goal",),
+    "references.reference": ("Reference",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names",),
     "sensing.observation": ("Observation",),

@@ -15,7 +15,7 @@ from softhand.plugins import find_plugin, plugin_names
 from softhand.scenario import scenario
 from softhand.scenario.fingertip import DampingSection, FingertipSection, TipSection
 from softhand.scenario.scenario import Scenario
-from softhand.scenario.task import ControllerSection, StepperSection
+from softhand.scenario.task import ControllerSection, ReferenceSection, StepperSection
 from softhand.settings.notes import field_notes
 
 Schema = dict[str, Any]
@@ -32,6 +32,7 @@ def scenario_schema() -> Schema:
     sections: dict[str, Schema] = {
         "fingertip": _choice(FingertipSection, "laws", "law", {"damping": damping, "tips": tips}),
         "controller": _choice(ControllerSection, "controllers", "name"),
+        "reference": _choice(ReferenceSection, "references", "kind"),
         "stepper": _choice(StepperSection, "steppers", "name"),
     }
     fields = Scenario.model_fields

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
-
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from softhand.errors import ScenarioError
+from softhand.plugins import SHIPPED
+from softhand.references.waypoint import Waypoint
+from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
-from softhand.settings.wording import describe, show
+from softhand.settings.wording import describe, nearest, show
 
 
 class GraspSection(Settings):
@@ -37,49 +38,33 @@ class ControllerSection(OpenSettings):
     name: str
 
 
-class WaypointSection(Settings):
-    """One waypoint. What is not given stays as it was at the waypoint before, or at the start.
-
-    Attributes:
-        phase: name of the way there, for figures and events.
-        duration: of the way there [s].
-        object_position: in the base frame [m].
-        object_rpy: roll, pitch, yaw [rad].
-        internal_force: in the order of grasp.internal_force [N].
-        opening: how far the tips stand off their contact points [m]; below 0 they press.
-        carried: share of the object's weight that the fingers carry; the table has the rest.
-    """
-
-    phase: str = ""
-    duration: Positive
-    object_position: Vector3 | None = None
-    object_rpy: Vector3 | None = None
-    internal_force: Vector | None = None
-    opening: float | None = None
-    carried: Annotated[float, Field(ge=0, le=1)] | None = None
-
-
-class ReferenceSection(Settings):
-    """What the controller is asked for.
+class ReferenceSection(OpenSettings):
+    """What the controller is asked for, by the name of the reference, and its own parameters.
 
     Attributes:
         kind: `step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one.
-        duration: time to the target; of `minimum-jerk` only [s].
+        duration: time to the target, 1 s if not given; of `minimum-jerk` only [s].
         object_position: target position, in the base frame [m]; not with `waypoints`.
         object_rpy: target roll, pitch, yaw [rad]; not with `waypoints`.
         internal_force: target, in the order of grasp.internal_force [N]; not with `waypoints`.
         waypoints: one after the other.
     """
 
-    kind: Literal["step", "minimum-jerk", "waypoints"]
-    duration: Positive = 1.0
+    kind: str
+    duration: Positive | None = None
     object_position: Vector3 | None = None
     object_rpy: Vector3 | None = None
     internal_force: Vector | None = None
-    waypoints: tuple[WaypointSection, ...] = ()
+    waypoints: tuple[Waypoint, ...] = ()
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> ReferenceSection:
+        if self.kind not in SHIPPED["references"]:
+            return self
+        for name, value in self.parameters.items():
+            key, near = f"reference.{name}", nearest(name, type(self).model_fields)
+            message = unknown_key(key, value, "reference", near and f"reference.{near}", type(self))
+            raise ScenarioError(message, key=key, value=value)
         target = ("object_position", "object_rpy", "internal_force")
         needed, other = (("waypoints",), target) if self.kind == "waypoints" else (target, ("waypoints",))
         for key in needed:

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 def field_notes(cls: type[BaseModel]) -> dict[str, str]:
     """What the docstrings of a class and its bases say of each field, below `Attributes:`; a line each."""
-    notes: dict[str, str] = {}
+    notes = {name: " ".join(field.description.split()) for name, field in cls.model_fields.items() if field.description}
     for base in reversed(cls.__mro__):
         _, _, section = inspect.cleandoc(base.__doc__ or "").partition("Attributes:\n")
         block = re.match(r"(?:[ ]{4}.*\n?|\n)*", section)

@@ -33,7 +33,9 @@ class Settings(BaseModel):
     of a subclass raises ValueError with a sentence for the user; the key's path is put in front of it.
     """
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        strict=True, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     @field_validator("*", mode="before")
     @classmethod
