@@ -59,7 +59,8 @@ from softhand.model.world import load_world
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plots.style import STYLE
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import resting
 from softhand.simulation.recorder import Recorder
 from softhand.simulation.simulation import Simulation
 from softhand.start.grasp import faces_of, solve_grasp
@@ -167,7 +168,7 @@ def build_hand(folder: Path, n: int) -> Simulation:
     force = internal_forces(n)
     grasp = solve_grasp(world, fingertips, points, force, OBJECT_POSITION, np.eye(3), np.tile(ELBOW_OUTWARD, n))
     pose = (*OBJECT_POSITION, 0.0, 0.0, 0.0)
-    reference = Step(pose, pose, force, force, 1.0)
+    reference = resting(Goal(pose, force))
     plant, stepper = Plant(world, fingertips), Midpoint(step=PERIOD)
     return Simulation(plant, grasp.state, Regulation(), stepper, reference, PERIODS * PERIOD, PERIOD)
 

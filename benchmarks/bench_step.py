@@ -62,7 +62,7 @@ from rich.table import Column, Table
 from scipy.linalg.lapack import dposv
 
 import softhand
-from softhand.assembly.parts import read_reference
+from softhand.assembly.parts import read_motion
 from softhand.controllers.regulation import Regulation
 from softhand.plots.style import STYLE
 from softhand.plugins import SHIPPED, find_plugin
@@ -237,7 +237,7 @@ class MujocoSide:
     ) -> None:
         plant = simulation.plant
         self.scene = Scene(plant, simulation.state, scenario.grasp.internal_force, step, integrator, trimmed)
-        self._reference = read_reference(scenario)
+        self._reference = read_motion(scenario)
         controller = Regulation(**scenario.controller.parameters)
         self._gains = Gains.of(controller, plant.world.n_joints, len(scenario.grasp.internal_force))
         self._packed = gains_of(

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
     from softhand.recording.recording import Recording, load_recording
+    from softhand.references.goal import Goal
     from softhand.references.reference import Reference
     from softhand.scenario.file import scenario_names
     from softhand.scenario.scenario import Scenario, load_scenario
@@ -73,6 +74,7 @@ _HOMES = {
     "laws.law": ("Law",),
     "plots": ("draw_run", "save_figure"),
     "recording.recording": ("Recording", "load_recording"),
+    "references.goal": ("Goal",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names",),
     "sensing.observation": ("Observation",),

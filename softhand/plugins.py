@@ -1,4 +1,4 @@
-"""Names of fingertip laws, dampings, controllers and steppers: those that ship, and those that other packages add.
+"""Names of fingertip laws, dampings, controllers, references and steppers: those that ship, and those of others.
 
 A package adds one by an entry point in its pyproject.toml, for instance
 
@@ -52,6 +52,11 @@ SHIPPED: dict[str, dict[str, str]] = {
         "two-phase": "softhand.controllers.two_phase:TwoPhase",
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
+    "references": {
+        "step": "softhand.references.straight:Step",
+        "minimum-jerk": "softhand.references.straight:MinimumJerk",
+        "waypoints": "softhand.references.waypoints:Waypoints",
+    },
     "steppers": {
         "midpoint": "softhand.steppers.midpoint:Midpoint",
         "rk4": "softhand.steppers.rk4:RungeKutta4",
@@ -64,6 +69,7 @@ _BASES = {
     "laws": "softhand.laws.law:Law",
     "dampings": "softhand.dampings.damping:Damping",
     "controllers": "softhand.controllers.controller:Controller",
+    "references": "softhand.references.reference:Reference",
     "steppers": "softhand.steppers.stepper:Stepper",
 }
 
@@ -72,7 +78,7 @@ _from_files: dict[str, dict[str, type[Any]]] = {kind: {} for kind in SHIPPED}
 
 
 def load_plugin_file(file: Path) -> list[str]:
-    """Run a Python file and add the laws, dampings, controllers and steppers that it defines.
+    """Run a Python file and add the plugins that it defines.
 
     Returns:
         Their names.
@@ -125,7 +131,7 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
     """The class of that name.
 
     Args:
-        kind: `laws`, `dampings`, `controllers` or `steppers`.
+        kind: a key of `SHIPPED`.
         name: as in a scenario.
         key: key of the scenario that holds the name, for the message.
 

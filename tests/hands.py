@@ -24,8 +24,8 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.plugins import SHIPPED, find_plugin
 from softhand.recording.recording import Recording
-from softhand.references.reference import Reference
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import Motion, resting
 from softhand.scenario.scenario import load_scenario
 from softhand.simulation.simulation import Simulation
 from softhand.start.grasp import Grasp, faces_of, solve_grasp
@@ -331,10 +331,10 @@ def start_acceleration(task: Task) -> Array:
 # ----------------------------------------------------------------------------------------------------------------- runs
 
 
-def resting_reference(task: Task) -> Reference:
+def resting_reference(task: Task) -> Motion:
     """The pose and the internal force of the start, for ever."""
     start = (*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0)
-    return Step(start, start, task.internal_force, task.internal_force, 1.0)
+    return resting(Goal(start, task.internal_force))
 
 
 def run(
@@ -342,7 +342,7 @@ def run(
     stepper: Stepper,
     duration: float,
     controller: Controller | None = None,
-    reference: Reference | None = None,
+    reference: Motion | None = None,
 ) -> Recording:
     """A run from the start of a task at a control period of 1 ms; by default Eq. (59) holds the starting pose."""
     controller, reference = controller or Regulation(), reference or resting_reference(task)

@@ -223,7 +223,7 @@ def test_what_ships_fits_the_schema(name: str) -> None:
         {"fingertip": {"damping": {"name": "kelvin-voigt", "rates": [1.0]}}},
         {"controller": {"K_O": 1.0}},
         {"controller": {"name": 3}},
-        {"reference": {"kind": "sine"}},
+        {"reference": {"frequency": 3.0}},
         {"stepper": {"step": -1.0}},
         {"stepper": {"rtol": 1e-6}},
     ],
@@ -241,6 +241,7 @@ def test_what_softhand_refuses_the_schema_refuses(changes: dict[str, Any]) -> No
         {"controller": {"K_O_position": [1.0, 2.0, 3.0]}},
         {"fingertip": {"damping": {"name": "fung", "rates": [1.0], "shares": [0.1]}}},
         {"stepper": {"name": "adaptive", "rtol": 1e-6}},
+        {"reference": {"kind": "sine", "frequency": 3.0}},
     ],
     ids=str,
 )

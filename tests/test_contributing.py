@@ -15,7 +15,8 @@ from softhand.scenario.schema import scenario_schema
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "CONTRIBUTING.md").read_text()
 RECIPES = dict(re.findall(r"### A (?:fingertip )?(\w+)\n\n```python\n(.*?)```", PAGE, re.DOTALL))
-NAMES = {"laws": "linear", "dampings": "dashpot", "controllers": "hold", "steppers": "explicit-midpoint"}
+NAMES = {"laws": "linear", "dampings": "dashpot", "controllers": "hold", "references": "circle",
+         "steppers": "explicit-midpoint"}  # fmt: skip
 
 
 @pytest.fixture
@@ -30,7 +31,7 @@ def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_there_is_a_recipe_for_each_kind() -> None:
-    """Law, damping, controller, stepper."""
+    """Law, damping, controller, reference, stepper."""
     assert set(SHIPPED) == {f"{kind}s" for kind in RECIPES} == set(NAMES)
 
 
@@ -40,6 +41,7 @@ def test_a_file_and_a_line_add_one_of_each() -> None:
     values = {
         "fingertip": {"law": "linear", "radius": 0.010, "friction": 0.5, "damping": {"name": "dashpot", "c": 2.0}},
         "controller": {"name": "hold"},
+        "reference": {"kind": "circle", "radius": 0.001},
         "stepper": {"name": "explicit-midpoint", "step": 0.0005},
         "duration": 0.02,
     }

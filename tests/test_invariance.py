@@ -13,6 +13,7 @@ from hands import GRAVITY, LAYOUTS, STEPPERS, Array, Task, holding_torque, make_
 
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
+from softhand.references.goal import Goal
 from softhand.references.straight import MinimumJerk
 
 TURNS = {
@@ -29,8 +30,10 @@ def moved(task: Task, stepper: str = "midpoint") -> Recording:
     """A run of 0.2 s in which Eq. (59) lifts the object by 2 mm and presses a little harder, within 0.15 s."""
     start = np.array([*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0])
     force = np.array(task.internal_force)
-    lift = np.array([5e-4, 1e-3, 2e-3, 0.0, 0.0, 0.0])
-    reference = MinimumJerk(start, start + lift, force, 1.1 * force, 0.15)
+    lifted = start[:3] + np.array([5e-4, 1e-3, 2e-3])
+    reference = MinimumJerk(
+        object_position=lifted, object_rpy=start[3:], internal_force=1.1 * force, duration=0.15
+    ).start(Goal(start, force))
     return run(task, STEPPERS[stepper](step=STEP.get(stepper, 1e-3)), 0.2, reference=reference)
 
 

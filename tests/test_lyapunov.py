@@ -24,7 +24,8 @@ from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
 from softhand.plots.style import save_figure
 from softhand.recording.recording import Recording
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import resting
 from softhand.scenario.scenario import load_scenario, with_law
 from softhand.stability.invariant_set import examine, examine_run
 from softhand.stability.loop import Loop, linearise
@@ -48,7 +49,7 @@ def probe_of(task: Task, away: float = 0.0) -> Probe:
     pose = np.array([*task.grasp.state.q[-7:-4], 0.0, 0.0, 0.0])
     target = pose + away * np.array([0.004, -0.003, 0.005, 0.05, -0.04, 0.06])
     force = np.array(task.internal_force)
-    return Probe(task.plant(), Step(pose, target, force, force + away, 1.0))
+    return Probe(task.plant(), resting(Goal(target, force + away)))
 
 
 def flow(probe: Probe, state: State, time: float, gains: Gains = GAINS) -> State:

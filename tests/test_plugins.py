@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from softhand import Controller, Law, ScenarioError, Stepper, load_scenario, simulate
+from softhand import Controller, Law, Reference, ScenarioError, Stepper, load_scenario, simulate
 from softhand.dampings.damping import Damping
 from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_names
 
-BASES = {"laws": Law, "dampings": Damping, "controllers": Controller, "steppers": Stepper}
+BASES = {"laws": Law, "dampings": Damping, "controllers": Controller, "references": Reference, "steppers": Stepper}
 ALL = [(kind, name) for kind, names in SHIPPED.items() for name in names]
 
 
@@ -136,7 +136,7 @@ def test_a_scenario_cannot_load_a_file(tmp_path):
     ("text", "words"),
     [
         ("import nothing_there", "cannot be run"),
-        ("x = 1", "no subclass of Law, Damping, Controller, Stepper"),
+        ("x = 1", "no subclass of Law, Damping, Controller, Reference, Stepper"),
         ("from softhand.laws.radial import Radial as R\nclass Radial(R): pass", 'there is a law "radial" already'),
         (None, "no Python file"),
     ],

@@ -77,7 +77,7 @@ def test_defaults() -> None:
     scenario = TARGET_A.with_values(dict.fromkeys(DEFAULTS))
     assert (scenario.description, scenario.duration, scenario.control_period) == ("", 2.0, 0.001)
     assert (scenario.gravity, scenario.stepper.name, scenario.stepper.step) == ((0.0, 0.0, -9.81), "midpoint", 0.001)
-    assert (scenario.object.mass, scenario.grasp.joint_guess, scenario.reference.duration) == (None, None, 1.0)
+    assert (scenario.object.mass, scenario.grasp.joint_guess, scenario.reference.duration) == (None, None, None)
 
 
 def test_further_keys_of_plugins_are_parameters() -> None:
@@ -153,10 +153,6 @@ def test_a_whole_section_can_be_replaced() -> None:
         (
             {"gravity": [0, 0, math.nan]},
             r"gravity: got \[0, 0, nan\] \(item 3 is nan\).*3 numbers, not NaN or infinite",
-        ),
-        (
-            {"reference.kind": "jerk"},
-            r"reference\.kind: got \"jerk\", but it must be one of \"step\", \"minimum-jerk\"",
         ),
         ({"hand.tips": ["a"]}, r"hand\.tips: got \[\"a\"\], but it must be a list of at least 2 texts"),
         ({"hand.tips": ["a", "b", "a"]}, r"hand\.tips: .*\"a\" is there 2 times"),

@@ -27,7 +27,8 @@ from softhand.model.shapes.sphere import Sphere
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import resting
 from softhand.scenario.scenario import with_law
 from softhand.simulation.simulation import Simulation
 from softhand.steppers.adaptive import Adaptive
@@ -403,7 +404,7 @@ def dropped(step: float) -> tuple[Recording, Plant]:
     supports = corners_on_table(world, table_plane(0.0), MU, K, C)
     rig = make_rig(world, [tip(world, RIGHT)] * 2, (0.0, 0.0, 0.003 - lowest), rotation, supports)
     rig.velocity[0] = 0.1
-    still = Step(np.zeros(6), np.zeros(6), (0.0,), (0.0,), 1.0)
+    still = resting(Goal(np.zeros(6), (0.0,)))
     return Simulation(rig.plant, rig.state, Idle(), Midpoint(step=step), still, 0.8, step).run(), rig.plant
 
 

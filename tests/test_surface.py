@@ -17,7 +17,8 @@ from softhand.laws.conservative import Conservative
 from softhand.laws.parallel_distributed import ParallelDistributed
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import resting
 from softhand.scenario.scenario import load_scenario, with_law
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
@@ -51,7 +52,7 @@ def moving(task: Task, state: State) -> Plant:
 
 def observe(task: Task, state: State) -> Observation:
     """The observation at a state."""
-    nothing = Step((0.0,) * 6, (0.0,) * 6, task.internal_force, task.internal_force, 1.0)
+    nothing = resting(Goal((0.0,) * 6, task.internal_force))
     return Sensor(task.plant(), nothing.desired).observe(state, 0.0)
 
 

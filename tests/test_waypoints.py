@@ -8,35 +8,50 @@ import numpy as np
 import pytest
 
 import softhand
-from softhand.assembly.parts import read_reference, read_waypoints
+from softhand.assembly.parts import read_motion, read_reference, read_start
 from softhand.errors import ScenarioError
 from softhand.recording.events import find_events
-from softhand.references.reference import Waypoint
+from softhand.references.goal import Goal
+from softhand.references.reference import Motion
 from softhand.references.straight import MinimumJerk
+from softhand.references.waypoint import Waypoint, passed
 from softhand.references.waypoints import Waypoints
 from softhand.settings.settings import read_settings
 from softhand.settings.toml import tomllib
 
-START = Waypoint((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0)
-FIRST = Waypoint(
-    (0.01, 0.01, 0.13, 0.0, 0.0, 0.2), (4.0, 4.0, 3.0), opening=-0.002, carried=0.5, duration=0.4, phase="a"
+START = Goal((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0)
+FIRST = Goal((0.01, 0.01, 0.13, 0.0, 0.0, 0.2), (4.0, 4.0, 3.0), opening=-0.002, carried=0.5)
+SECOND = Goal((0.02, 0.03, 0.12, 0.3, 0.0, 0.2), (5.0, 1.0, 3.0), opening=0.0)
+THIRD = Goal((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (0.0, 0.0, 0.0), carried=0.0)
+
+
+def _waypoint(goal: Goal, **others: Any) -> Waypoint:
+    position, rpy = np.split(np.asarray(goal.coordinates), 2)
+    return Waypoint(
+        object_position=position, object_rpy=rpy, internal_force=goal.internal_force, opening=goal.opening,
+        carried=goal.carried, **others,
+    )  # fmt: skip
+
+
+WAYPOINTS = (
+    _waypoint(FIRST, duration=0.4, phase="a"),
+    _waypoint(SECOND, duration=1.1),
+    _waypoint(THIRD, duration=0.5, phase="c"),
 )
-SECOND = Waypoint((0.02, 0.03, 0.12, 0.3, 0.0, 0.2), (5.0, 1.0, 3.0), opening=0.0, duration=1.1)
-THIRD = Waypoint((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (0.0, 0.0, 0.0), carried=0.0, duration=0.5, phase="c")
 
 
 @pytest.fixture
-def passing() -> Waypoints:
+def passing() -> Motion:
     """A reference through three waypoints."""
-    return Waypoints(START, [FIRST, SECOND, THIRD])
+    return Waypoints(waypoints=WAYPOINTS).start(START)
 
 
-def _row(passing: Waypoints, time: float) -> np.ndarray:
+def _row(passing: Motion, time: float) -> np.ndarray:
     seen = passing.update(time)
     return np.concatenate([seen.coordinates, seen.internal_force, seen.opening, seen.carried])
 
 
-def test_it_is_at_each_waypoint_at_its_time_and_at_rest(passing: Waypoints) -> None:
+def test_it_is_at_each_waypoint_at_its_time_and_at_rest(passing: Motion) -> None:
     """Pose, force, opening and share are those of the waypoint there, the rates zero; the last one stays."""
     for time, point in ((0.0, START), (0.4, FIRST), (1.5, SECOND), (2.0, THIRD), (7.0, THIRD)):
         np.testing.assert_allclose(_row(passing, time), point.row(), rtol=0, atol=1e-14)
@@ -44,11 +59,12 @@ def test_it_is_at_each_waypoint_at_its_time_and_at_rest(passing: Waypoints) -> N
         np.testing.assert_allclose(passing.desired.coordinates_acceleration, 0.0, atol=1e-11)
 
 
-def test_between_two_waypoints_it_is_the_minimum_jerk(passing: Waypoints) -> None:
+def test_between_two_waypoints_it_is_the_minimum_jerk(passing: Motion) -> None:
     """The second leg is the reference `minimum-jerk` of its length, later by the first."""
+    position, rpy = SECOND.coordinates[:3], SECOND.coordinates[3:]
     alone = MinimumJerk(
-        FIRST.coordinates, SECOND.coordinates, FIRST.internal_force, SECOND.internal_force, SECOND.duration
-    )
+        object_position=position, object_rpy=rpy, internal_force=SECOND.internal_force, duration=1.1
+    ).start(FIRST)
     for time in (0.1, 0.37, 0.9):
         one, other = passing.update(0.4 + time), alone.update(time)
         for name in ("coordinates", "coordinates_rate", "coordinates_acceleration", "internal_force"):
@@ -56,7 +72,7 @@ def test_between_two_waypoints_it_is_the_minimum_jerk(passing: Waypoints) -> Non
 
 
 @pytest.mark.parametrize("time", [0.13, 0.8, 1.7])
-def test_rates_are_the_slopes_of_the_values(passing: Waypoints, time: float) -> None:
+def test_rates_are_the_slopes_of_the_values(passing: Motion, time: float) -> None:
     """q_Od' and q_Od'' against central differences."""
     h = 1e-5
     before, after = (passing.update(time + step).coordinates.copy() for step in (-h, h))
@@ -66,9 +82,9 @@ def test_rates_are_the_slopes_of_the_values(passing: Waypoints, time: float) -> 
     np.testing.assert_allclose(seen.coordinates_acceleration, (fast - slow) / (2 * h), atol=1e-6)
 
 
-def test_named_ways_are_phases(passing: Waypoints) -> None:
+def test_named_ways_are_phases(passing: Motion) -> None:
     """Name and begin of each way that has a name."""
-    assert passing.phases == (("a", 0.0), ("c", 1.5))
+    assert passing.phases == (("a", 0.0), ("c", 1.5)) and passing.stops == (0.4, 1.5, 2.0)
 
 
 WAYS: list[dict[str, Any]] = [
@@ -83,7 +99,8 @@ def _target_a(ways: Any = WAYS, **values: Any) -> softhand.Scenario:
 
 def test_what_a_waypoint_does_not_say_stays() -> None:
     """The second waypoint has the position of the first and the attitude of the start."""
-    start, first, second = read_waypoints(_target_a())
+    scenario = _target_a()
+    start, first, second = passed(read_start(scenario), read_reference(scenario).waypoints)
     assert (start.opening, start.carried) == (0.0, 1.0)
     assert tuple(second.coordinates) == (0.0, 0.01, 0.145, 0.0, 0.0, 0.0)
     assert tuple(first.internal_force) == (4.0, 4.0, 3.0)
@@ -97,7 +114,7 @@ def test_any_controller_follows_them_and_the_file_gives_the_same_run() -> None:
     np.testing.assert_allclose(recording.object_position_desired[50], [0.0, 0.01, 0.145], atol=1e-12)
     np.testing.assert_allclose(recording.internal_force_desired[-1], [5.0, 5.0, 4.0])
     assert [(e.time, e.text) for e in find_events(recording) if e.kind == "phase"] == [(0.0, "up")]
-    again = read_reference(read_settings(softhand.Scenario, tomllib.loads(recording.scenario), ""))
+    again = read_motion(read_settings(softhand.Scenario, tomllib.loads(recording.scenario), ""))
     np.testing.assert_array_equal(again.update(0.05).coordinates[:3], recording.object_position_desired[50])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softhand.assembly.parts import read_controller, read_reference, read_stepper, resolved
+from softhand.assembly.parts import read_controller, read_reference, read_start, read_stepper, resolved
 from softhand.assembly.plant import read_grasp, read_supports, read_world
 from softhand.controllers.controller import Controller
 from softhand.laws.law import Law
@@ -28,7 +28,7 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         LawError: the fingertip law cannot be compiled.
     """
     controller = controller or read_controller(scenario)
-    stepper = read_stepper(scenario)
+    stepper, reference = read_stepper(scenario), read_reference(scenario)
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, law)
     plant = Plant(world, fingertips, read_supports(scenario, world, fingertips))
@@ -37,10 +37,10 @@ def build(scenario: Scenario, controller: Controller | None = None, law: Law | N
         start=plant.with_supports(grasp.state),
         controller=controller,
         stepper=stepper,
-        reference=read_reference(scenario),
+        reference=reference.start(read_start(scenario)),
         duration=scenario.duration,
         control_period=scenario.control_period,
-        scenario=resolved(scenario, law, controller, stepper).to_toml(),
+        scenario=resolved(scenario, law, controller, stepper, reference).to_toml(),
         pushes=[Push(**push.model_dump()) for push in scenario.push],
     )
 

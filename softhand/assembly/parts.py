@@ -13,13 +13,12 @@ from softhand.laws.law import Law
 from softhand.model.shapes.box import Box
 from softhand.model.world import World
 from softhand.plugins import find_plugin, plugin_names
-from softhand.references.reference import Reference, Waypoint
-from softhand.references.straight import STRAIGHT
-from softhand.references.waypoints import Waypoints
+from softhand.references.goal import Goal
+from softhand.references.reference import Motion, Reference
 from softhand.scenario.bodies import FACES
 from softhand.scenario.fingertip import FingertipSection
 from softhand.scenario.scenario import Scenario
-from softhand.settings.settings import Vector3, read_settings
+from softhand.settings.settings import read_settings
 from softhand.start.grasp import faces_of
 from softhand.steppers.stepper import Stepper
 
@@ -102,7 +101,9 @@ def read_face_friction(scenario: Scenario, shape: object) -> tuple[float, ...]:
     return tuple(table.get(name, 0.0) for name in FACES)
 
 
-def resolved(scenario: Scenario, law: Law | None, controller: Controller, stepper: Stepper) -> Scenario:
+def resolved(
+    scenario: Scenario, law: Law | None, controller: Controller, stepper: Stepper, reference: Reference
+) -> Scenario:
     """The scenario with the defaults of its plugins written out, so that the run can be repeated from it.
 
     Args:
@@ -110,11 +111,13 @@ def resolved(scenario: Scenario, law: Law | None, controller: Controller, steppe
         law: used in place of the laws of the scenario, if it was.
         controller: used.
         stepper: used.
+        reference: used.
     """
     tables: dict[str, Any] = {
         "fingertip": _resolved_tip(scenario, law, ""),
         "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
         "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
+        "reference": {"kind": scenario.reference.kind, **_dump(reference)},
     }
     tips = scenario.fingertip.tips or {}
     if tips:
@@ -158,32 +161,23 @@ def read_stepper(scenario: Scenario) -> Stepper:
 
 
 def read_reference(scenario: Scenario) -> Reference:
-    """Desired pose and internal force against time."""
-    section, (start, *waypoints) = scenario.reference, read_waypoints(scenario)
-    if section.kind == "waypoints":
-        return Waypoints(start, waypoints)
-    (target,) = waypoints
-    return STRAIGHT[section.kind](
-        start.coordinates, target.coordinates, start.internal_force, target.internal_force, section.duration
-    )
+    """What the controller is asked for, with its settings."""
+    section = scenario.reference
+    reference_class = find_plugin("references", section.kind, "reference.kind")
+    table = section.model_dump(exclude={"kind"}, exclude_none=True)
+    for key in ("waypoints", "duration"):  # what a change of the kind may have left behind
+        if key not in reference_class.model_fields and (key == "duration" or not table[key]):
+            table.pop(key, None)
+    return read_settings(reference_class, table, "reference")
 
 
-def read_waypoints(scenario: Scenario) -> list[Waypoint]:
-    """The start and all that the reference goes to, one after the other; a `step` has one target as well."""
-    section, grasp = scenario.reference, scenario.grasp
-    now: dict[str, Any] = {
-        "object_position": scenario.object.position,
-        "object_rpy": scenario.object.rpy,
-        "internal_force": grasp.internal_force,
-        "opening": grasp.opening,
-        "carried": 0.0 if grasp.opening else 1.0,
-    }
-    passed = [_waypoint(**now)]
-    for row in section.waypoints or (section,):
-        now |= {key: value for key in now if (value := getattr(row, key, None)) is not None}
-        passed.append(_waypoint(**now, duration=row.duration, phase=getattr(row, "phase", "")))
-    return passed
+def read_motion(scenario: Scenario) -> Motion:
+    """The reference of a scenario on its way from the start."""
+    return read_reference(scenario).start(read_start(scenario))
 
 
-def _waypoint(object_position: Vector3, object_rpy: Vector3, **others: Any) -> Waypoint:
-    return Waypoint((*object_position, *object_rpy), **others)
+def read_start(scenario: Scenario) -> Goal:
+    """Where the reference begins: as the object and the fingers start."""
+    placed, grasp = scenario.object, scenario.grasp
+    carried = 0.0 if grasp.opening else 1.0
+    return Goal((*placed.position, *placed.rpy), grasp.internal_force, grasp.opening, carried)

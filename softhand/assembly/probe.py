@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from softhand.assembly.parts import read_reference
+from softhand.assembly.parts import read_motion
 from softhand.assembly.plant import read_plant
 from softhand.errors import LawError, RecordingError, ScenarioError
 from softhand.laws.law import Law
@@ -13,7 +13,7 @@ from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
-from softhand.references.reference import Reference
+from softhand.references.reference import Motion
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
@@ -30,7 +30,7 @@ class Probe:
         laws: fingertip law of each contact.
     """
 
-    def __init__(self, plant: Plant, reference: Reference) -> None:
+    def __init__(self, plant: Plant, reference: Motion) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
         model, n_memory = plant.world.model, plant.n_memory
@@ -40,7 +40,7 @@ class Probe:
     @classmethod
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
         """The plant of a scenario, with another law at all tips if one is given."""
-        return cls(read_plant(scenario, law), read_reference(scenario))
+        return cls(read_plant(scenario, law), read_motion(scenario))
 
     def at(self, state: State, time: float) -> Observation:
         """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""

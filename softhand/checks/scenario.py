@@ -11,7 +11,7 @@ from typing import Any, get_args
 import numpy as np
 
 from softhand.assembly.build import build
-from softhand.assembly.parts import read_laws, read_waypoints
+from softhand.assembly.parts import read_laws, read_motion
 from softhand.assembly.plant import read_grasp
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
@@ -177,14 +177,16 @@ def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
     By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
     """
     radius, told = max(law.radius for law in read_laws(scenario)), set()
-    for point in read_waypoints(scenario)[1:]:
-        if not any(point.internal_force):
+    reference = read_motion(scenario)
+    for time in reference.stops or (scenario.duration,):
+        desired = reference.update(time)
+        if not desired.internal_force.any():
             continue
         target = scenario.with_values(
             {
-                "object.position": point.coordinates[:3],
-                "object.rpy": point.coordinates[3:],
-                "grasp.internal_force": point.internal_force,
+                "object.position": desired.coordinates[:3],
+                "object.rpy": desired.coordinates[3:],
+                "grasp.internal_force": desired.internal_force,
                 "grasp.opening": 0.0,
             }
         )

@@ -14,10 +14,10 @@ from softhand.errors import ScenarioError
 @app.command("list", epilog="Example: softhand list controllers")
 def list_names(
     what: Annotated[
-        str | None, typer.Argument(help="scenarios, laws, dampings, controllers or steppers; all without.")
+        str | None, typer.Argument(help="scenarios, laws, dampings, controllers, references or steppers; all without.")
     ] = None,
 ) -> None:
-    """List scenarios, fingertip laws, dampings, controllers and steppers."""
+    """List scenarios, fingertip laws, dampings, controllers, references and steppers."""
     from softhand.plugins import SHIPPED, describe_plugin, plugin_names
     from softhand.scenario.file import scenario_names
     from softhand.scenario.scenario import load_scenario

@@ -2,79 +2,85 @@
 
 from __future__ import annotations
 
-from abc import ABC
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from softhand.numerics.arrays import Array
+from softhand.references.goal import Desired, Goal
+from softhand.references.sampled import sample
+from softhand.settings.settings import Settings
 
 
-@dataclass
-class Desired:
-    """What the reference asks for at one time; the arrays are live.
+class Reference(Settings):
+    """What the controller is asked for. Its fields are the keys of the section `reference` of a scenario.
 
-    Attributes:
-        coordinates: q_Od = (position [m], roll, pitch, yaw [rad]), shape (6,).
-        coordinates_rate: its rate, shape (6,).
-        coordinates_acceleration: its second derivative, shape (6,).
-        internal_force: f_Nd [N], shape (pairs,).
-        opening: how far the tips shall stand off their contact points [m], below 0 to press; shape (1,).
-        carried: share of the object's weight that the fingers shall carry, 0 while a table does; shape (1,).
+    One of your own has `at`:
+
+        class Circle(Reference):
+            radius: Positive = 0.005
+
+            def at(self, time, start):
+                pose = np.array(start.coordinates)
+                pose[:2] += self.radius * np.array([np.sin(time), 1.0 - np.cos(time)])
+                return Goal(pose, start.internal_force)
+
+    Those that ship have `start` in its place, with a compiled formula.
     """
 
-    coordinates: Array
-    coordinates_rate: Array
-    coordinates_acceleration: Array
-    internal_force: Array
-    opening: Array = field(default_factory=lambda: np.zeros(1))
-    carried: Array = field(default_factory=lambda: np.ones(1))
+    def at(self, time: float, start: Goal) -> Goal:
+        """What is asked for at a time.
+
+        Args:
+            time: since the start of the run [s]; a little before 0 too, where rates are told from differences.
+            start: where the run starts: pose of the object, internal force, opening of the fingers.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs a method `at`")
+
+    def start(self, start: Goal) -> Motion:
+        """Ready to be asked, from where the run starts.
+
+        Raises:
+            ScenarioError: `at` raises, or what it returns cannot be asked for.
+        """
+        now = np.zeros((3, len(start.row())))
+        return Motion(now, sample(type(self).__name__, partial(self.at, start=start), now))
 
 
-@dataclass(frozen=True)
-class Waypoint:
-    """Where a reference passes at rest, as `Desired` has it, and how it gets there.
-
-    Attributes:
-        coordinates: q_Od [m, rad], shape (6,).
-        internal_force: f_Nd [N], shape (pairs,).
-        opening: of the tips [m].
-        carried: share of the weight.
-        duration: of the way there [s].
-        phase: name of the way there; "" for none.
-    """
-
-    coordinates: Sequence[float]
-    internal_force: Sequence[float]
-    opening: float = 0.0
-    carried: float = 1.0
-    duration: float = 1.0
-    phase: str = ""
-
-    def row(self) -> Array:
-        """All that is interpolated, in the order of `Desired`."""
-        return np.concatenate([self.coordinates, self.internal_force, [self.opening, self.carried]]).astype(float)
-
-
-class Reference(ABC):
-    """Desired values against time.
+class Motion:
+    """A reference on its way from one start.
 
     Attributes:
         desired: at the time of the last `update`; live.
         phases: name and time of the begin [s] of each named phase, in the order of time.
+        stops: when it comes to rest somewhere [s]; none if it never does, or nobody knows.
     """
 
-    desired: Desired
-    phases: tuple[tuple[str, float], ...] = ()
-    _move: Callable[[float], None]
+    def __init__(
+        self,
+        now: Array,
+        move: Callable[[float], None],
+        phases: tuple[tuple[str, float], ...] = (),
+        stops: tuple[float, ...] = (),
+    ) -> None:
+        """`move` fills `now` for a time [s]: values, rates, accelerations, each in the order of `Goal.row`."""
+        self.phases, self.stops, self._move = phases, stops, move
+        pose, rate, acceleration = now[:, :6]
+        self.desired = Desired(pose, rate, acceleration, now[0, 6:-2], now[0, -2:-1], now[0, -1:])
 
     def update(self, time: float) -> Desired:
-        """Set `desired` for a time [s]."""
+        """Set `desired` for a time [s].
+
+        Raises:
+            SimulationStopped: a reference of one's own fails.
+        """
         self._move(time)
         return self.desired
 
-    def _show(self, now: Array) -> None:
-        """Make `desired` the view of values, rates and accelerations of a row, shape (3, len(row))."""
-        pose, rate, acceleration = now[:, :6]
-        self.desired = Desired(pose, rate, acceleration, now[0, 6:-2], now[0, -2:-1], now[0, -1:])
+
+def resting(goal: Goal) -> Motion:
+    """What asks for the same at all times."""
+    now = np.zeros((3, len(goal.row())))
+    now[0] = goal.row()
+    return Motion(now, lambda time: None, stops=(0.0,))

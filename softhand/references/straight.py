@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
 
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
-from softhand.references.reference import Reference, Waypoint
+from softhand.references.goal import Goal
+from softhand.references.reference import Motion, Reference
+from softhand.settings.settings import Positive, Vector, Vector3
 
 
 class Straight(Reference):
-    """From where the grasp starts to where it shall go: start + s(t) (target - start), component by component.
+    """From where the run starts to one target: start + s(t) (target - start), component by component."""
 
-    Args:
-        start: q_O at t = 0, shape (6,).
-        target: q_Od in the end, shape (6,).
-        start_force: f_N at t = 0 [N], shape (pairs,).
-        target_force: f_Nd in the end [N], shape (pairs,).
-        duration: of the motion [s].
-    """
+    object_position: Vector3
+    """Target position, in the base frame [m]."""
+    object_rpy: Vector3
+    """Target roll, pitch, yaw [rad]."""
+    internal_force: Vector
+    """Target of the internal force, in the order of grasp.internal_force [N]."""
+    duration: Positive = 1.0
+    """Time to the target [s]; of `minimum-jerk` only."""
 
     move: ClassVar[Callable[..., None]]
     """Compiled static method (duration, first, change, now, time): calls `_follow` with s, s' [1/s] and s'' [1/s^2]."""
 
-    def __init__(
-        self,
-        start: Sequence[float],
-        target: Sequence[float],
-        start_force: Sequence[float],
-        target_force: Sequence[float],
-        duration: float,
-    ) -> None:
-        first = Waypoint(start, start_force).row()
+    def start(self, start: Goal) -> Motion:
+        """The motion; fingers that start open are asked to touch, and to carry all the weight."""
+        first = Goal(start.coordinates, start.internal_force).row()
+        change = Goal((*self.object_position, *self.object_rpy), self.internal_force).row() - first
         now = np.zeros((3, len(first)))
-        change = Waypoint(target, target_force).row() - first
-        self._move = prepared(self.move, float(duration), first, change, now, varying=(0.0,))
-        self._show(now)
+        move = prepared(self.move, float(self.duration), first, change, now, varying=(0.0,))
+        return Motion(now, move, stops=(self.duration,))
 
 
 @compiled
@@ -74,7 +71,3 @@ class MinimumJerk(Straight):
     """s(x) = x^3 (10 - 15 x + 6 x^2), x = t / duration: the smoothest way from rest to rest."""
 
     move = staticmethod(minimum_jerk)
-
-
-STRAIGHT: dict[str, type[Straight]] = {"step": Step, "minimum-jerk": MinimumJerk}
-"""References with one target."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
-from softhand.references.reference import Reference, Waypoint
+from softhand.references.goal import Goal
+from softhand.references.reference import Motion, Reference
 from softhand.references.straight import minimum_jerk
+from softhand.references.waypoint import Waypoint, passed
 
 
 @compiled
@@ -21,19 +24,20 @@ def _pass_waypoints(times, rows, changes, now, time):
 
 
 class Waypoints(Reference):
-    """From one waypoint to the next, each leg by minimum jerk from rest to rest; the last one is kept.
+    """From one waypoint to the next, each leg by minimum jerk from rest to rest; the last one is kept."""
 
-    Args:
-        start: where the run starts; its duration and phase are not used.
-        waypoints: in the order of time, at least one.
-    """
+    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)]
+    """Waypoints, in the order of time."""
 
-    def __init__(self, start: Waypoint, waypoints: Sequence[Waypoint]) -> None:
-        rows = np.array([point.row() for point in (start, *waypoints)])
-        times = np.cumsum([0.0, *(point.duration for point in waypoints)])
+    def start(self, start: Goal) -> Motion:
+        """The motion; its phases are the legs that have a name."""
+        rows = np.array([goal.row() for goal in passed(start, self.waypoints)])
+        times = np.cumsum([0.0, *(point.duration for point in self.waypoints)])
         now = np.zeros((3, rows.shape[1]))
-        self.phases = tuple(
-            (point.phase, round(float(begin), 9)) for point, begin in zip(waypoints, times, strict=False) if point.phase
+        phases = tuple(
+            (point.phase, round(float(begin), 9))
+            for point, begin in zip(self.waypoints, times, strict=False)
+            if point.phase
         )
-        self._move = prepared(_pass_waypoints, times, rows[:-1].copy(), np.diff(rows, axis=0), now, varying=(0.0,))
-        self._show(now)
+        move = prepared(_pass_waypoints, times, rows[:-1].copy(), np.diff(rows, axis=0), now, varying=(0.0,))
+        return Motion(now, move, phases, tuple(map(float, times[1:])))

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from softhand.plugins import describe_plugin, find_plugin, plugin_names
 from softhand.scenario.fingertip import DampingSection, FingertipSection, TipSection
 from softhand.scenario.scenario import Scenario
-from softhand.scenario.task import ControllerSection, StepperSection
+from softhand.scenario.task import ControllerSection, ReferenceSection, StepperSection
 
 Schema = dict[str, Any]
 
@@ -29,6 +29,7 @@ def scenario_schema() -> Schema:
     sections: dict[str, Schema] = {
         "fingertip": _choice(FingertipSection, "laws", "law", {"damping": damping, "tips": tips}),
         "controller": _choice(ControllerSection, "controllers", "name"),
+        "reference": _choice(ReferenceSection, "references", "kind"),
         "stepper": _choice(StepperSection, "steppers", "name"),
     }
     table = _table(Scenario)

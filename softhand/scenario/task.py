@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
-
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from softhand.errors import ScenarioError
+from softhand.plugins import SHIPPED
+from softhand.references.waypoint import Waypoint
+from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
-from softhand.settings.wording import describe, show
+from softhand.settings.wording import describe, nearest, show
 
 
 class GraspSection(Settings):
@@ -31,43 +32,30 @@ class ControllerSection(OpenSettings):
     """Name of the controller."""
 
 
-class WaypointSection(Settings):
-    """One waypoint. What is not given stays as it was at the waypoint before, or at the start."""
+class ReferenceSection(OpenSettings):
+    """What the controller is asked for, by the name of the reference, and its own parameters."""
 
-    phase: str = ""
-    """Name of the way there, for figures and events."""
-    duration: Positive
-    """Duration of the way there [s]."""
-    object_position: Vector3 | None = None
-    """Position of the object in the base frame [m]."""
-    object_rpy: Vector3 | None = None
-    """Roll, pitch, yaw of the object [rad]."""
-    internal_force: Vector | None = None
-    """Internal force, in the order of grasp.internal_force [N]."""
-    opening: float | None = None
-    """How far the tips stand off their contact points [m]; below 0 they press."""
-    carried: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Share of the object's weight that the fingers carry [1]; the table has the rest."""
-
-
-class ReferenceSection(Settings):
-    """What the controller is asked for."""
-
-    kind: Literal["step", "minimum-jerk", "waypoints"]
+    kind: str
     """`step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one."""
-    duration: Positive = 1.0
-    """Time to the target [s]; of `minimum-jerk` only."""
+    duration: Positive | None = None
+    """Time to the target, 1 s if not given; of `minimum-jerk` only [s]."""
     object_position: Vector3 | None = None
     """Target position, in the base frame [m]; not with `waypoints`."""
     object_rpy: Vector3 | None = None
     """Target roll, pitch, yaw [rad]; not with `waypoints`."""
     internal_force: Vector | None = None
     """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints`."""
-    waypoints: tuple[WaypointSection, ...] = ()
+    waypoints: tuple[Waypoint, ...] = ()
     """Waypoints, one after the other."""
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> ReferenceSection:
+        if self.kind not in SHIPPED["references"]:
+            return self
+        for name, value in self.parameters.items():
+            key, near = f"reference.{name}", nearest(name, type(self).model_fields)
+            message = unknown_key(key, value, "reference", near and f"reference.{near}", type(self))
+            raise ScenarioError(message, key=key, value=value)
         target = ("object_position", "object_rpy", "internal_force")
         needed, other = (("waypoints",), target) if self.kind == "waypoints" else (target, ("waypoints",))
         for key in needed:

@@ -31,12 +31,13 @@ def list_problems(
             excused.add((*keys[:-1], near))  # if it is missing, then because it is misspelt
             place, hint = (parent, near) if near else (path, _elsewhere(cls, keys[-1]))
             suggestion = f"{place}.{hint}".lstrip(".") if hint else None
-            yield key, value, _unknown(key, value, parent, suggestion, model)
+            yield key, value, unknown_key(key, value, parent, suggestion, model)
         elif keys not in excused or details[0]["type"] != "missing":
             yield key, value, _wrong(key, value, field, _look_up(table, keys[:-1]), model, details)
 
 
-def _unknown(key: str, value: Any, parent: str, near: str | None, model: type[BaseModel]) -> str:
+def unknown_key(key: str, value: Any, parent: str, near: str | None, model: type[BaseModel]) -> str:
+    """The message for a key that a table does not have; `near` is the one that may be meant."""
     hint = f" Did you mean {near}?" if near else ""
     shown = " (a table)" if isinstance(value, Mapping) else f" (with value {show(value)})"
     place = f"in {parent}" if parent else "at the top level"

@@ -14,7 +14,7 @@ from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
 from softhand.recording.recording import Recording
-from softhand.references.reference import Reference
+from softhand.references.reference import Motion
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.asking import Actuators, Asking
@@ -75,7 +75,7 @@ class Simulation:
         start: State,
         controller: Controller | None,
         stepper: Stepper,
-        reference: Reference,
+        reference: Motion,
         duration: float,
         control_period: float,
         scenario: str = "",

@@ -23,7 +23,8 @@ from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
-from softhand.references.straight import Step
+from softhand.references.goal import Goal
+from softhand.references.reference import resting
 from softhand.scenario.scenario import Scenario
 from softhand.stability.regulation import read_gains, regulation
 
@@ -89,7 +90,7 @@ def linearise(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> Lo
     world = read_world(scenario)
     fingertips, grasp = read_grasp(scenario, world, laws)
     pose, force = (*scenario.object.position, *scenario.object.rpy), scenario.grasp.internal_force
-    probe = Probe(Plant(world, fingertips), Step(pose, pose, force, force, 1.0))
+    probe = Probe(Plant(world, fingertips), resting(Goal(pose, force)))
     gains = read_gains(scenario, world.n_joints, len(force))
     n, nv = world.n_joints, world.model.nv
     seen = probe.at(grasp.state, 0.0)

@@ -1,0 +1,60 @@
+"""What is asked for at one time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from softhand.numerics.arrays import Array
+
+
+@dataclass
+class Desired:
+    """What the reference asks for at one time; the arrays are live.
+
+    Attributes:
+        coordinates: q_Od = (position [m], roll, pitch, yaw [rad]), shape (6,).
+        coordinates_rate: its rate, shape (6,).
+        coordinates_acceleration: its second derivative, shape (6,).
+        internal_force: f_Nd [N], shape (pairs,).
+        opening: how far the tips shall stand off their contact points [m], below 0 to press; shape (1,).
+        carried: share of the object's weight that the fingers shall carry, 0 while a table does; shape (1,).
+    """
+
+    coordinates: Array
+    coordinates_rate: Array
+    coordinates_acceleration: Array
+    internal_force: Array
+    opening: Array = field(default_factory=lambda: np.zeros(1))
+    carried: Array = field(default_factory=lambda: np.ones(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """The same as plain values: where a run starts, where a reference comes to rest, or what it says of one time.
+
+    Attributes:
+        coordinates: q_Od [m, rad], shape (6,).
+        internal_force: f_Nd [N], shape (pairs,).
+        opening: of the tips [m].
+        carried: share of the weight.
+        rate: q_Od', shape (6,); None to have it told from what is asked for shortly before and after.
+        acceleration: q_Od'', shape (6,); likewise.
+    """
+
+    coordinates: ArrayLike
+    internal_force: ArrayLike
+    opening: float = 0.0
+    carried: float = 1.0
+    rate: ArrayLike | None = None
+    acceleration: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("coordinates", "internal_force"):
+            object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+
+    def row(self) -> Array:
+        """All that references interpolate, in the order of `Desired`, shape (6 + pairs + 2,)."""
+        return np.concatenate([self.coordinates, self.internal_force, [self.opening, self.carried]])
