@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.plots.energy import draw_energy
-from softhand.plots.style import DASHED, FINGERS, STYLE, draw_title, finish, new_figure, panel
+from softhand.plots.panels import draw_title, finish, new_figure, panel
+from softhand.plots.style import DASHED, FINGERS, STYLE
 from softhand.validation.sliding import limit_curve
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"

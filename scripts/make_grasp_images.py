@@ -12,7 +12,7 @@ from pathlib import Path
 from PIL import Image
 
 import softhand
-from softhand.viewer.report.browser import Browser
+from softhand.viewer.browser.browser import Browser
 from softhand.viewer.report.report import report_page
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"

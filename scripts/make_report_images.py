@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import softhand
-from softhand.viewer.report.browser import Browser
+from softhand.viewer.browser.browser import Browser
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 

@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 
 import softhand
-from softhand.viewer.report.browser import Browser, Page
+from softhand.viewer.browser.browser import Browser
+from softhand.viewer.browser.page import Page
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 MOMENT = 0.62  # [s], when the desired pose is ahead of the object

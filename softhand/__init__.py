@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.studies.compare import compare
     from softhand.version import __version__
-    from softhand.viewer.live.viewer import Viewer, view
+    from softhand.viewer.live.replay import view
+    from softhand.viewer.live.viewer import Viewer
     from softhand.viewer.report.film import write_film
     from softhand.viewer.report.report import write_report
 
@@ -87,7 +88,8 @@ _HOMES = {
     "version": ("__version__",),
     "viewer.report.film": ("write_film",),
     "viewer.report.report": ("write_report",),
-    "viewer.live.viewer": ("Viewer", "view"),
+    "viewer.live.replay": ("view",),
+    "viewer.live.viewer": ("Viewer",),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from softhand.errors import BrowserError
-from softhand.viewer.report.browser import find_chromium
+from softhand.viewer.browser.chromium import find_chromium
 
 
 def _is_installed() -> bool:

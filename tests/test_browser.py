@@ -14,8 +14,9 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand.errors import BrowserError
-from softhand.viewer.report import browser
-from softhand.viewer.report.browser import Browser, find_chromium
+from softhand.viewer.browser import chromium as program
+from softhand.viewer.browser.browser import Browser
+from softhand.viewer.browser.chromium import find_chromium
 
 
 def write(folder: Path, body: str) -> str:
@@ -85,7 +86,7 @@ def test_a_missing_page_is_told(tmp_path):
 def test_a_page_that_hangs_is_given_up():
     """An endless script ends in an error, and Chromium with it."""
     with Browser(timeout=1.0) as chromium:
-        page, group = chromium.page(), chromium._process
+        page, group = chromium.page(), chromium._chromium.group
         with pytest.raises(BrowserError, match="no answer in 1 s"):
             page.evaluate("(() => { for (;;); })()")
     assert wait_until(lambda: not living(group))
@@ -95,7 +96,7 @@ def test_a_page_that_hangs_is_given_up():
 def test_nothing_is_left_behind():
     """After the block neither a process nor the profile is there, even where the block failed."""
     with pytest.raises(KeyboardInterrupt), Browser() as chromium:
-        folder, group = chromium._folder, chromium._process
+        folder, group = chromium._chromium.folder, chromium._chromium.group
         chromium.page()
         assert len(living(group)) > 2
         raise KeyboardInterrupt
@@ -105,12 +106,12 @@ def test_nothing_is_left_behind():
 @needs_chromium
 def test_chromium_ends_with_a_killed_parent():
     """SIGKILL gives no time to tidy up: the closed pipe ends Chromium."""
-    program = (
-        "from softhand.viewer.browser import Browser\n"
+    script = (
+        "from softhand.viewer.browser.browser import Browser\n"
         "with Browser() as b:\n"
-        "    b.page(); print(b._process, b._folder, flush=True); b.wait('the kill', lambda: False)"
+        "    b.page(); print(b._chromium.group, b._chromium.folder, flush=True); b.wait('the kill', lambda: False)"
     )
-    parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
     group, folder = parent.stdout.readline().split()
     assert living(group)
     parent.send_signal(signal.SIGKILL)
@@ -124,7 +125,7 @@ def test_a_dead_chromium_is_told():
     """Where Chromium dies, the next question says so."""
     with Browser() as chromium:
         page = chromium.page()
-        os.killpg(chromium._process, signal.SIGKILL)
+        os.killpg(chromium._chromium.group, signal.SIGKILL)
         with pytest.raises(BrowserError, match=r"ended"):
             page.evaluate("1")
 
@@ -137,14 +138,14 @@ def test_a_long_temporary_folder_is_no_obstacle(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(long))
     monkeypatch.setattr(tempfile, "tempdir", None)
     with Browser() as chromium:
-        folder = chromium._folder
+        folder = chromium._chromium.folder
         assert len(folder) <= 57 and chromium.page().evaluate("6 * 7") == 42
     assert not os.path.exists(folder) and not list(long.iterdir())
 
 
 def test_no_place_for_the_profile_is_told(monkeypatch):
     """The folder that was tried, and what to set."""
-    monkeypatch.setattr(browser, "_SHORT_FOLDER", "/nowhere")
+    monkeypatch.setattr(program, "_SHORT_FOLDER", "/nowhere")
     monkeypatch.setattr(tempfile, "tempdir", "/" + "x" * 90)
     monkeypatch.setenv("SOFTHAND_CHROMIUM", sys.executable)
     with pytest.raises(BrowserError, match=r"/nowhere: cannot make a folder.*TMPDIR.*at most 30 characters"), Browser():
@@ -153,13 +154,13 @@ def test_no_place_for_the_profile_is_told(monkeypatch):
 
 def test_what_ends_at_once_is_told(tmp_path, monkeypatch):
     """A program that is no Chromium: its last words are in the message, and no folder stays."""
-    program = tmp_path / "chromium"
-    program.write_text("#!/bin/sh\necho first\necho no display 1>&2\nexit 1\n")
-    program.chmod(0o755)
+    broken = tmp_path / "chromium"
+    broken.write_text("#!/bin/sh\necho first\necho no display 1>&2\nexit 1\n")
+    broken.chmod(0o755)
     (tmp_path / "t").mkdir()
-    monkeypatch.setenv("SOFTHAND_CHROMIUM", str(program))
+    monkeypatch.setenv("SOFTHAND_CHROMIUM", str(broken))
     monkeypatch.setattr(tempfile, "tempdir", "/" + "x" * 90)
-    monkeypatch.setattr(browser, "_SHORT_FOLDER", str(tmp_path / "t"))
+    monkeypatch.setattr(program, "_SHORT_FOLDER", str(tmp_path / "t"))
     with pytest.raises(BrowserError, match=r"ended .* no display"), Browser():
         pass
     assert not list((tmp_path / "t").iterdir())
@@ -169,7 +170,7 @@ def test_a_missing_chromium_is_told(monkeypatch):
     """Which package is missing, and how else to name it."""
     monkeypatch.delenv("SOFTHAND_CHROMIUM", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(browser, "_APPLICATION", Path("/nowhere"))
+    monkeypatch.setattr(program, "_APPLICATION", Path("/nowhere"))
     with pytest.raises(BrowserError, match=r"apt install chromium.*SOFTHAND_CHROMIUM"):
         find_chromium()
 

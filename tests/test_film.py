@@ -16,7 +16,7 @@ from chromium import living, needs_chromium, wait_until
 from PIL import Image
 
 from softhand import BrowserError, RecordingError, SofthandError, load_scenario, simulate, write_film
-from softhand.viewer.report import film
+from softhand.viewer.report import encoding, film
 from softhand.viewer.scene import palette
 
 SMALL = (320, 240)
@@ -77,7 +77,7 @@ def test_slow_motion_takes_longer(run, tmp_path):
 def test_an_mp4_has_the_size_and_length_asked_for(run, tmp_path):
     """ffmpeg reads back the size, the rate and the number of pictures."""
     try:
-        ffmpeg = film._find_ffmpeg()
+        ffmpeg = encoding.find_ffmpeg()
     except SofthandError:
         pytest.skip("ffmpeg is not installed")
     write_film(run, tmp_path / "run.mp4", fps=10, size=SMALL)
@@ -136,7 +136,7 @@ def test_a_gif_keeps_the_time():
             Image.fromarray(np.random.default_rng(k).integers(0, 255, (8, 8, 3), np.uint8)).save(buffer, "PNG")
             yield buffer.getvalue()
 
-    durations = [duration for _, duration in pictures(film._encode_gif(pictures_of_noise(), 30.0))]
+    durations = [duration for _, duration in pictures(encoding.encode_gif(pictures_of_noise(), 30.0))]
     assert sum(durations) == 1000 and set(durations) == {30, 40}
 
 
@@ -151,7 +151,7 @@ def test_a_gif_keeps_small_coloured_things():
         pixels[20:30, 20 + 20 * k : 24 + 20 * k] = patch  # 40 of 76800 pixels
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, "PNG")
-    shown = np.asarray(Image.open(io.BytesIO(film._encode_gif(iter([buffer.getvalue()]), 10.0))).convert("RGB"))
+    shown = np.asarray(Image.open(io.BytesIO(encoding.encode_gif(iter([buffer.getvalue()]), 10.0))).convert("RGB"))
     seen = np.array([shown[25, 22 + 20 * k] for k in range(len(patches))])
     assert np.abs(seen.astype(int) - patches.astype(int)).max() < 20
 
@@ -199,7 +199,7 @@ def test_a_missing_chromium_is_told_first(run, tmp_path, monkeypatch):
 def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):
     """The package of the system, and the extra of softhand."""
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(film, "find_spec", lambda name: None)
+    monkeypatch.setattr(encoding, "find_spec", lambda name: None)
     with pytest.raises(SofthandError, match=r"apt install ffmpeg.*softhand\[film\]"):
         write_film(run, tmp_path / "run.mp4")
 

@@ -29,7 +29,8 @@ from softhand.sensing.observation import Observation
 from softhand.simulation.simulation import Simulation
 from softhand.studies.compare import pairs
 from softhand.viewer.scene.recorded import RecordedScene
-from softhand.viewer.scene.shapes import pressed_flat, sphere
+from softhand.viewer.scene.shapes.mesh import pressed_flat
+from softhand.viewer.scene.shapes.solids import sphere
 
 Array = np.ndarray
 

@@ -19,7 +19,7 @@ from PIL import Image
 import softhand
 from softhand import Recording, RecordingError, load_scenario, simulate, write_report
 from softhand.recording.events import find_events
-from softhand.viewer.report.browser import Browser
+from softhand.viewer.browser.browser import Browser
 from softhand.viewer.report.curves import samples_of
 from softhand.viewer.report.packing import frames_of
 from softhand.viewer.report.report import report_page

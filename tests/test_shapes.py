@@ -7,19 +7,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from softhand.viewer.scene import shapes
-from softhand.viewer.scene.contacts import gauge_vertices, tube
-from softhand.viewer.scene.shapes import Mesh
-from softhand.viewer.scene.tip_shape import (
-    Indentation,
-    contact_axes,
-    contact_turn,
-    deformed,
-    net_segments,
-    tip_faces,
-    tip_net,
-    tip_surface,
-)
+from softhand.viewer.scene.parts.torsion import torsion_arrow
+from softhand.viewer.scene.parts.trails import tube
+from softhand.viewer.scene.shapes.edges import feature_edges
+from softhand.viewer.scene.shapes.mesh import Mesh, merged, moved
+from softhand.viewer.scene.shapes.solids import box, capsule, cylinder, sphere
+from softhand.viewer.scene.shapes.tip_mesh import net_segments, tip_faces, tip_net, tip_surface
+from softhand.viewer.scene.shapes.tip_shape import Indentation, contact_axes, contact_turn, deformed
 
 RADIUS = 0.010  # [m]
 PRESSED = Indentation(RADIUS, 0.0077, (0.4, 1.05), (0.0, 0.0, 0.0))
@@ -50,10 +44,10 @@ def normal_of(indentation: Indentation) -> np.ndarray:
 @pytest.mark.parametrize(
     ("mesh", "expected"),
     [
-        (shapes.box([0.1, 0.2, 0.3]), 0.006),
-        (shapes.cylinder(0.1, 0.3), np.pi * 0.003),
-        (shapes.sphere(0.1), 4.0 / 3.0 * np.pi * 1e-3),
-        (shapes.capsule(0.1, 0.3), 4.0 / 3.0 * np.pi * 1e-3 + np.pi * 0.003),
+        (box([0.1, 0.2, 0.3]), 0.006),
+        (cylinder(0.1, 0.3), np.pi * 0.003),
+        (sphere(0.1), 4.0 / 3.0 * np.pi * 1e-3),
+        (capsule(0.1, 0.3), 4.0 / 3.0 * np.pi * 1e-3 + np.pi * 0.003),
     ],
     ids=["box", "cylinder", "sphere", "capsule"],
 )
@@ -71,23 +65,23 @@ def wedge() -> Mesh:
 @pytest.mark.parametrize(
     ("mesh", "count"),
     [
-        (shapes.box([0.1, 0.2, 0.3]), 12),
+        (box([0.1, 0.2, 0.3]), 12),
         (wedge(), 6),
-        (shapes.cylinder(0.1, 0.3), 64),
-        (shapes.sphere(0.1), 0),
-        (shapes.capsule(0.1, 0.3), 0),
+        (cylinder(0.1, 0.3), 64),
+        (sphere(0.1), 0),
+        (capsule(0.1, 0.3), 0),
     ],
     ids=["box", "wedge", "cylinder", "sphere", "capsule"],
 )
 def test_edges_are_where_a_shape_bends(mesh, count):
     """One bar an edge, the rims of a cylinder facet by facet; none across a plane face or a smooth surface."""
-    bars = shapes.feature_edges(mesh, 1e-3)
+    bars = feature_edges(mesh, 1e-3)
     assert len(bars.vertices) == count * 16 and np.isfinite(bars.vertices).all()
 
 
 def test_bars_lie_on_the_edges_of_a_box():
     """Their middles are those of the edges; they reach their radius beyond the corners."""
-    bars = shapes.feature_edges(shapes.box([0.2, 0.4, 0.6]), 1e-3).vertices
+    bars = feature_edges(box([0.2, 0.4, 0.6]), 1e-3).vertices
     middles = {tuple(middle) for middle in np.round(bars.reshape(12, 16, 3).mean(axis=1), 9) + 0.0}
     half = np.array([0.1, 0.2, 0.3])
     signs = [s for s in product((-1, 0, 1), repeat=3) if s.count(0) == 1]
@@ -99,7 +93,7 @@ def test_merged_meshes_keep_their_volumes():
     """Faces of the second mesh point at its own vertices."""
     far = np.eye(4)
     far[:3, 3] = 1.0
-    both = shapes.merged([shapes.box([1, 1, 1]), shapes.moved(shapes.box([1, 2, 1]), far)])
+    both = merged([box([1, 1, 1]), moved(box([1, 2, 1]), far)])
     assert volume(both) == pytest.approx(3.0)
 
 
@@ -212,7 +206,7 @@ def test_topology_never_changes():
 @pytest.mark.parametrize("angle", [0.5, -2.0])
 def test_the_gauge_ends_at_its_angle(angle):
     """The head's point lies at the angle about z, right-handed; the arc starts on the x axis."""
-    rings = gauge_vertices(angle, 1.0).reshape(-1, 8, 3)
+    rings = torsion_arrow(angle, 1.0).vertices.reshape(-1, 8, 3)
     start, end = rings[0].mean(axis=0), rings[-1].mean(axis=0)
     assert np.arctan2(start[1], start[0]) == pytest.approx(0.0, abs=1e-12)
     assert np.arctan2(end[1], end[0]) == pytest.approx(angle)

@@ -20,14 +20,16 @@ from typer.testing import CliRunner
 
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
 from softhand.commands.main import app
+from softhand.viewer.browser.browser import Browser
+from softhand.viewer.live.pace import Pace
+from softhand.viewer.live.replay import Replay
 from softhand.viewer.live.stream import encode
-from softhand.viewer.live.viewer import Pace, Replay
-from softhand.viewer.report.browser import Browser
-from softhand.viewer.scene.contacts import Supports
-from softhand.viewer.scene.moment import recorded_moment
+from softhand.viewer.scene.moment import Past
 from softhand.viewer.scene.palette import SLIP, SLIPPING, use_colour
+from softhand.viewer.scene.parts.forces import Supports
 from softhand.viewer.scene.recorded import RecordedScene
-from softhand.viewer.scene.visuals import read_visuals
+from softhand.viewer.scene.samples import recorded_moment
+from softhand.viewer.scene.visuals import Looks, Source
 
 PORT = 7600
 
@@ -202,7 +204,7 @@ def test_meshes_are_drawn_if_they_can_be_read(tmp_path, file):
     folder = tmp_path / "robot"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "t.obj").write_text(OBJ)
-    visuals, unread = read_visuals(MESH_URDF.format(file=file), folder)
+    visuals, unread = Looks(Source(MESH_URDF.format(file=file), folder)).read("visual")
     assert unread == ["package://none/there.stl"]
     assert visuals[0].mesh.vertices.max() == pytest.approx(2.0)
     assert len(visuals[0].mesh.faces) == 4
@@ -300,7 +302,7 @@ def test_arrows_of_other_supports_are_the_force_on_their_base(lift):
     moment = dataclasses.replace(
         recorded_moment(lift, 10), support_point=np.zeros((2, 3)), support_force=np.tile([0.0, 3.0, 4.0], (2, 1))
     )
-    palm, table = Supports(["palm 1", "table finger_1_tip"], 0.01, 0.001).update(moment)[::2]
+    palm, table = Supports(["palm 1", "table finger_1_tip"], 0.01, 0.001).update(moment, Past.none(3))[::2]
     np.testing.assert_allclose(palm.pose[:3, 2] / np.linalg.norm(palm.pose[:3, 2]), [0.0, 0.6, 0.8])
     np.testing.assert_allclose(table.pose[:3, 2] / np.linalg.norm(table.pose[:3, 2]), [0.0, -0.6, -0.8])
 

@@ -12,13 +12,13 @@ from softhand.laws.law import Law
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
+from softhand.recording.recorded import recorded_table
 from softhand.recording.recording import Recording
 from softhand.references.reference import Motion
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
 from softhand.settings.settings import read_settings
-from softhand.settings.toml import tomllib
 
 
 class Probe:
@@ -69,8 +69,8 @@ def recorded_scenario(recording: Recording) -> Scenario:
         RecordingError: it was made without a scenario, or with a plugin that is not installed.
     """
     try:
-        return read_settings(Scenario, tomllib.loads(recording.scenario), "")
-    except (ValueError, ScenarioError) as error:
+        return read_settings(Scenario, recorded_table(recording), "")
+    except ScenarioError as error:
         raise RecordingError(
             f"The recording cannot be computed anew, as its scenario cannot be read: {error}", file=None
         ) from error

@@ -36,7 +36,7 @@ def energy(
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
     ledger = energy_ledger(run, samples=samples)
     target = out or recording.parent / "energy.png"
-    save_figure(draw_energy(ledger, scenario_of(run).get("description") or "softhand run"), target)
+    save_figure(draw_energy(ledger, scenario_of(run).title), target)
     if not quiet:
         print_table(f"{recording}", ledger.rows())
         console().print(f"wrote {target}", highlight=False)

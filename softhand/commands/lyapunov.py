@@ -42,7 +42,7 @@ def lyapunov(
         found = evaluate_run(run, report)
     with progress("evaluating L", float(len(run)), quiet) as report:
         series = examine_run(run, progress=report)
-    save_figure(draw_lyapunov(found, series, scenario_of(run).get("description") or "softhand run"), target)
+    save_figure(draw_lyapunov(found, series, scenario_of(run).title), target)
     if not quiet:
         _print(recording, found, series)
         console().print(f"wrote {target}", highlight=False)

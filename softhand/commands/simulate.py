@@ -87,7 +87,8 @@ class _Window(NamedTuple):
     @contextmanager
     def watch(self, simulation: Simulation) -> Iterator[Watch]:
         """A page, as a function that shows an observation on it and holds the run back to its speed."""
-        from softhand.viewer.live.viewer import Pace, Viewer
+        from softhand.viewer.live.pace import Pace
+        from softhand.viewer.live.viewer import Viewer
 
         pace = Pace(self.speed)
         with Viewer(simulation, self.host, self.port) as viewer:

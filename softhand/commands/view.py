@@ -11,7 +11,7 @@ from softhand.commands.app import app
 from softhand.commands.console import console, escape, note_incomplete
 
 if TYPE_CHECKING:
-    from softhand.viewer.live.viewer import Page
+    from softhand.viewer.live.page import Page
 
 Speed = Annotated[float, typer.Option(help="Times real time.")]
 Host = Annotated[
@@ -34,7 +34,7 @@ def view(
 ) -> None:
     """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
     from softhand.recording.recording import Recording
-    from softhand.viewer.live.viewer import Replay
+    from softhand.viewer.live.replay import Replay
 
     run = Recording.load(recording)
     with Replay(run, speed, once, host, port) as replay:

@@ -5,48 +5,7 @@ Drawn on `matplotlib.figure.Figure` without pyplot: no display, no window, no st
 
 from softhand.plots.comparison import Compared, draw_comparison
 from softhand.plots.line_up import Lined, draw_line_up
-from softhand.plots.run import contact_quantities, draw_run, joints_of_fingers, settings_line
-from softhand.plots.style import (
-    CONTACT_ARRAYS,
-    DASH_DOTTED,
-    DASHED,
-    FINGERS,
-    FORMATS,
-    FRICTION_TOP,
-    OBJECT,
-    OBJECT_ARRAYS,
-    SOLID,
-    TARGETS,
-    WARNING,
-    check,
-    quantities,
-    save_figure,
-)
-from softhand.recording.recorded import is_coulomb, scenario_of
+from softhand.plots.run import draw_run
+from softhand.plots.style import FORMATS, save_figure
 
-__all__ = [
-    "CONTACT_ARRAYS",
-    "DASHED",
-    "DASH_DOTTED",
-    "FINGERS",
-    "FORMATS",
-    "FRICTION_TOP",
-    "OBJECT",
-    "OBJECT_ARRAYS",
-    "SOLID",
-    "TARGETS",
-    "WARNING",
-    "Compared",
-    "Lined",
-    "check",
-    "contact_quantities",
-    "draw_comparison",
-    "draw_line_up",
-    "draw_run",
-    "is_coulomb",
-    "joints_of_fingers",
-    "quantities",
-    "save_figure",
-    "scenario_of",
-    "settings_line",
-]
+__all__ = ["FORMATS", "Compared", "Lined", "draw_comparison", "draw_line_up", "draw_run", "save_figure"]

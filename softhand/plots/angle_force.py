@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 from softhand.identification.polar import polar_force
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
-from softhand.plots.style import DASHED, DEGREES, FINGERS, STYLE, draw_legend, draw_title, from_top, new_figure
+from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
+from softhand.plots.style import DASHED, DEGREES, FINGERS, STYLE
 
 _TILT = np.radians(np.linspace(0.0, 40.0, 81))
 _DPHI = np.radians([0.0, 5.0, 10.0, 15.0, 20.0])

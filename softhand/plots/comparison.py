@@ -12,15 +12,7 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 
 from softhand.numerics.arrays import Array
-from softhand.plots.style import (
-    DASH_DOTTED,
-    OBJECT_ARRAYS,
-    ON_TOP,
-    ROUNDING,
-    SOLID,
-    STYLE,
-    TARGETS,
-    check,
+from softhand.plots.panels import (
     desired_handle,
     draw_legend,
     draw_title,
@@ -29,11 +21,14 @@ from softhand.plots.style import (
     new_figure,
     panel,
     plot_desired,
-    quantities,
     split,
     widen,
 )
+from softhand.plots.quantities import OBJECT_ARRAYS, check, object_quantities
+from softhand.plots.style import DASH_DOTTED, ON_TOP, SOLID, STYLE, TARGETS
 from softhand.recording.recording import Recording
+
+_ROUNDING = 1e-9  # [s]
 
 
 class Compared(NamedTuple):
@@ -74,7 +69,7 @@ def draw_comparison(pairs: Sequence[Compared], title: str, window: float = 0.5) 
 
 def _compare_column(figure: Figure, place: SubplotSpec, k: int, pairs: Sequence[Compared], window: float) -> None:
     """Components of one quantity, and below them its mean error."""
-    first = quantities(pairs[0].compensated)[k]
+    first = object_quantities(pairs[0].compensated)[k]
     *spots, last = split(place, len(first.labels) + 1, 1, hspace=0.17)
     rows = [
         panel(figure, spot, f"{label} [{first.unit}]", "" if row else first.title)
@@ -85,7 +80,7 @@ def _compare_column(figure: Figure, place: SubplotSpec, k: int, pairs: Sequence[
     below.set_title(f"mean over the last {window:g} s", loc="right", size=7.5, weight="normal", color="0.35", pad=2.0)
     for pair, colors in zip(pairs, TARGETS, strict=False):
         for run, color, style in ((pair.uncompensated, colors[1], DASH_DOTTED), (pair.compensated, colors[0], SOLID)):
-            quantity = quantities(run)[k]
+            quantity = object_quantities(run)[k]
             error = _mean_error(run.time, quantity.values - quantity.desired, window)
             for axes, values in zip([*rows, below], [*quantity.values.T, error], strict=True):
                 axes.plot(run.time, values, color=color, ls=style)
@@ -104,9 +99,9 @@ def _mean_error(time: Array, error: Array, window: float) -> Array:
     """Length of the mean of the error vector over the time before each sample, shape (samples,); at first NaN."""
     total = np.vstack([np.zeros(error.shape[1]), np.cumsum(error, axis=0)])
     last = np.arange(1, len(time) + 1)
-    first = np.searchsorted(time, time - window + ROUNDING)
+    first = np.searchsorted(time, time - window + _ROUNDING)
     length: Array = np.linalg.norm(total[last] - total[first], axis=1) / (last - first)
-    return np.where(time < window - ROUNDING, np.nan, length)
+    return np.where(time < window - _ROUNDING, np.nan, length)
 
 
 def _draw_comparison_head(figure: Figure, pairs: Sequence[Compared], title: str) -> float:

@@ -6,7 +6,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from softhand.analysis.energy import ACCOUNTS, Ledger
-from softhand.plots.style import FINGERS, STYLE, draw_legend, draw_title, finish, from_top, new_figure, panel
+from softhand.plots.panels import draw_legend, draw_title, finish, from_top, new_figure, panel
+from softhand.plots.style import FINGERS, STYLE
 
 _COLORS = dict(zip(ACCOUNTS, ("black", FINGERS[0], FINGERS[4], FINGERS[1], FINGERS[2], FINGERS[3]), strict=True))
 

@@ -12,18 +12,8 @@ from matplotlib.ticker import MaxNLocator
 
 from softhand.identification.fit import Fit
 from softhand.identification.sweeps import DR, PHI, Sweep, find_sweeps
-from softhand.plots.style import (
-    DASHED,
-    DEGREES,
-    FINGERS,
-    STYLE,
-    WARNING,
-    draw_legend,
-    draw_title,
-    from_top,
-    new_figure,
-    split,
-)
+from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure, split
+from softhand.plots.style import DASHED, DEGREES, FINGERS, STYLE, WARNING
 
 _NAMES = ("Radial force", "Shearing moment", "Compressive moment", "Torsion moment")
 _LABELS = ("Fr [N]", "Fθ [N mm]", "Fφ [N mm]", "Fψ [N mm]")

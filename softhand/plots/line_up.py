@@ -11,20 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from softhand.numerics.arrays import Array
-from softhand.plots.style import (
-    DASH_DOTTED,
-    DASHED,
-    FINGERS,
-    FRICTION_TOP,
-    SOLID,
-    STYLE,
-    draw_title,
-    finish,
-    from_top,
-    new_figure,
-    panel,
-    split,
-)
+from softhand.plots.panels import draw_title, finish, from_top, new_figure, panel, split
+from softhand.plots.quantities import FRICTION_TOP
+from softhand.plots.style import DASH_DOTTED, DASHED, FINGERS, SOLID, STYLE, finger_color
 
 _STYLES = (SOLID, DASHED, DASH_DOTTED, (0, (1, 1)))
 _SMALLEST = (1e-3, 1e-3, 1e-3)  # [mm, deg, N]: what is less is drawn there
@@ -65,7 +54,7 @@ def draw_line_up(runs: Sequence[Lined], title: str) -> Figure:
             panel(figure, spot, label, bottom=k > 1) for k, (label, spot) in enumerate(zip(labels, spots, strict=True))
         ]
         for k, run in enumerate(runs):
-            color, style = FINGERS[k % len(FINGERS)], _STYLES[k // len(FINGERS) % len(_STYLES)]
+            color, style = finger_color(k), _STYLES[k // len(FINGERS) % len(_STYLES)]
             width = 1.0 + 2.4 * 0.6**k  # so that a curve below an equal one is seen
             handles.append(Line2D([], [], color=color, ls=style, lw=width, label=run.label))
             curves = [np.maximum(values, least) for values, least in zip(run[2:5], _SMALLEST, strict=True)]

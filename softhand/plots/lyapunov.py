@@ -10,19 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from softhand.plots.style import (
-    DASHED,
-    FINGERS,
-    STYLE,
-    WARNING,
-    draw_legend,
-    draw_title,
-    finish,
-    from_top,
-    new_figure,
-    panel,
-    split,
-)
+from softhand.plots.panels import draw_legend, draw_title, finish, from_top, new_figure, panel, split
+from softhand.plots.style import DASHED, FINGERS, STYLE, WARNING
 from softhand.stability.invariant_set import InvariantSeries
 from softhand.stability.lyapunov import Lyapunov
 

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from softhand.grasping.workspace import COORDINATES, PAPER_ANGLE, PAPER_POSITION, Workspace
-from softhand.plots.style import DASHED, DEGREES, STYLE, draw_legend, draw_title, from_top, new_figure
+from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
+from softhand.plots.style import DASHED, DEGREES, STYLE
 
 _COLORS = {
     "held": "#BFE3F7",

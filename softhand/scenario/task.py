@@ -5,7 +5,6 @@ from __future__ import annotations
 from pydantic import model_validator
 
 from softhand.errors import ScenarioError
-from softhand.plugins import SHIPPED
 from softhand.references.waypoint import Waypoint
 from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
@@ -50,7 +49,7 @@ class ReferenceSection(OpenSettings):
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> ReferenceSection:
-        if self.kind not in SHIPPED["references"]:
+        if self.kind not in _WITH_THESE_KEYS:  # checks its keys itself
             return self
         for name, value in self.parameters.items():
             key, near = f"reference.{name}", nearest(name, type(self).model_fields)
@@ -75,6 +74,9 @@ class ReferenceSection(OpenSettings):
                     key=f"reference.{key}", value=value,
                 )  # fmt: skip
         return self
+
+
+_WITH_THESE_KEYS = ("step", "minimum-jerk", "waypoints")
 
 
 class PushSection(Settings):

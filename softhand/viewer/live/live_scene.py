@@ -7,11 +7,12 @@ import numpy as np
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.face import Face
 from softhand.plant.plant import Plant
-from softhand.viewer.scene.bodies import Plane
 from softhand.viewer.scene.moment import Moment
+from softhand.viewer.scene.parts.table import Plane
 from softhand.viewer.scene.recorded import SLIP_HOLD
 from softhand.viewer.scene.scales import fit_scales
 from softhand.viewer.scene.scene import Cast, Scene
+from softhand.viewer.scene.visuals import Source
 
 _HEADROOM = 1.5  # of a live scene, over the forces at its start
 
@@ -23,22 +24,14 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         ModelError: a URDF cannot be read.
     """
     world = plant.world
+    table = _table_of(plant)
     cast = Cast(
-        world.hand_text,
-        world.object_text,
+        Source(world.hand_text, world.hand_urdf.parent),
+        Source(world.object_text, world.object_urdf.parent),
         tuple(tip.name for tip in world.tips),
         tuple(map(float, plant.pads["radius"][: world.n_tips])),
         tuple(map(float, world.gravity)),
-        world.hand_urdf.parent,
-        world.object_urdf.parent,
-        next(
-            (
-                (Plane(support.shape.offset, support.shape.normal), first.object_pose[:3, 3])
-                for support in plant.supports
-                if isinstance(support.shape, Face)
-            ),
-            None,
-        ),
+        None if table is None else (table, first.object_pose[:3, 3]),
         world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
         tuple(support.name for support in plant.supports),
         SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
@@ -46,3 +39,8 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
     weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
     tips, internal, supports = first.contact_force, first.internal_force, first.support_force
     return Scene(cast, fit_scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight))
+
+
+def _table_of(plant: Plant) -> Plane | None:
+    shapes = (support.shape for support in plant.supports)
+    return next((Plane(shape.offset, shape.normal) for shape in shapes if isinstance(shape, Face)), None)

@@ -12,27 +12,23 @@ import json
 import socket
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import PeriodicCallback
 from tornado.netutil import bind_sockets
-from tornado.web import Application, RequestHandler
-from tornado.websocket import WebSocketClosedError, WebSocketHandler
+from tornado.web import Application
 
 from softhand.errors import SofthandError
-from softhand.viewer.report.bundle import bundle_folder
+from softhand.viewer.live.handlers import Audience, routes
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
 _TRIES = 100
 _LAST = 3.0  # [s] that pages have to take the last frame
 _TICK = 15  # [ms] between two looks for a new frame
-_PAGE = Path(__file__).parents[1] / "page"
-_FILES = {"live.html": "text/html", "live.css": "text/css", "stage.js": "text/javascript", "live.js": "text/javascript"}
-_POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:"
 
+Render = Callable[[], tuple[int, bytes]]
 Command = Callable[[dict[str, Any]], None]
 
 
@@ -40,14 +36,15 @@ class PageServer:
     """Serves one scene from a thread of its own, until `close`.
 
     Attributes:
+        opened: set once a page has asked for a frame.
         port: that it listens on.
         asked_port: that was asked for; `port` is another if this one was busy.
         address: of the page.
 
     Args:
         description: what `stream.describe` says.
-        render: gives the newest frame as bytes, and a number that is another for each; called in the server's thread,
-            only if a page waits.
+        render: gives a number that is another for each frame, and the newest frame as bytes; called in the server's
+            thread, only if a page waits.
         command: takes what a page asks for, in the server's thread.
         host: name or address of the interface to listen on.
         port: the first to try; busy ones are passed over.
@@ -59,16 +56,15 @@ class PageServer:
     def __init__(
         self,
         description: dict[str, Any],
-        render: Callable[[], tuple[int, bytes] | None],
+        render: Render,
         command: Command,
         host: str = LOOPBACK,
         port: int = DEFAULT_PORT,
     ) -> None:
         self._description = json.dumps(description)
-        self._render, self._command = render, command
-        self._pages: set[_Stream] = set()
+        self._render = render
         self.opened = threading.Event()
-        """Set once a page has asked for a frame."""
+        self._audience = Audience(self._asked, command)
         self.asked_port = port
         sockets = _listen(host, port)
         self.port = sockets[0].getsockname()[1]
@@ -88,16 +84,7 @@ class PageServer:
 
     def _serve(self, sockets: list[socket.socket]) -> None:
         asyncio.set_event_loop(self._loop)
-        application = Application(
-            [
-                (r"/()", _File),
-                (r"/(live\.css|stage\.js|live\.js)", _File),
-                (r"/meshcat\.js", _Bundle),
-                (r"/scene\.json", _Description, {"text": self._description}),
-                (r"/stream", _Stream, {"server": self}),
-            ],
-            log_function=lambda handler: None,
-        )
+        application = Application(routes(self._description, self._audience), log_function=lambda handler: None)
         self._http = HTTPServer(application)
 
         async def start() -> None:
@@ -108,91 +95,33 @@ class PageServer:
         self._loop.run_forever()
         self._loop.close()
 
+    def _asked(self) -> None:
+        """A page asks for a frame."""
+        self.opened.set()
+        self._send()
+
     def _send(self) -> None:
         """The newest frame to every page that waits for one."""
-        waiting = [page for page in self._pages if page.waits]
-        newest = self._render() if waiting else None
-        if newest is not None:
+        waiting = [page for page in self._audience.pages if page.waits]
+        if waiting:
+            newest = self._render()
             for page in waiting:
                 page.offer(*newest)
 
     async def _finish(self, message: str) -> None:
-        newest = self._render() if self._pages else None
-        for page in list(self._pages):
+        """The last frame and a message to all pages, then the end."""
+        pages = self._audience.pages
+        newest = self._render() if pages else None
+        for page in list(pages):
             if newest is not None:
                 page.offer(*newest)
             page.say(message)
             page.close()
         end = self._loop.time() + _LAST
-        while self._pages and self._loop.time() < end:  # each page answers when it has got all
+        while pages and self._loop.time() < end:  # each page answers when it has got all
             await asyncio.sleep(0.01)
         self._http.stop()
         await self._http.close_all_connections()
-
-
-class _File(RequestHandler):
-    def get(self, name: str) -> None:
-        name = name or "live.html"
-        self.set_header("Content-Type", f"{_FILES[name]}; charset=utf-8")
-        self.set_header("Content-Security-Policy", _POLICY)
-        self.set_header("Cache-Control", "no-store")
-        self.finish((_PAGE / name).read_bytes())
-
-
-class _Bundle(RequestHandler):
-    def get(self) -> None:
-        self.set_header("Content-Type", "text/javascript; charset=utf-8")
-        self.finish((bundle_folder() / "main.min.js").read_bytes())
-
-
-class _Description(RequestHandler):
-    def initialize(self, text: str) -> None:
-        self._text = text
-
-    def get(self) -> None:
-        self.set_header("Content-Type", "application/json; charset=utf-8")
-        self.set_header("Cache-Control", "no-store")
-        self.finish(self._text)
-
-
-class _Stream(WebSocketHandler):
-    """One page. It says "next" when it can draw another frame, all else it says is a command."""
-
-    def initialize(self, server: PageServer) -> None:
-        self._server = server
-        self._shown = -1
-        self.waits = False
-
-    def open(self, *args: str, **kwargs: str) -> None:
-        self._server._pages.add(self)
-
-    def on_close(self) -> None:
-        self._server._pages.discard(self)
-
-    def on_message(self, message: str | bytes) -> None:
-        if message == "next":
-            self.waits = True
-            self._server.opened.set()
-            self._server._send()
-        else:
-            self._server._command(json.loads(message))
-
-    def offer(self, number: int, frame: bytes) -> None:
-        """Send a frame, unless the page has it."""
-        if number != self._shown:
-            self._shown, self.waits = number, False
-            self._write(frame, binary=True)
-
-    def say(self, message: str) -> None:
-        """Send a sentence for the page to show."""
-        if message:
-            self._write(json.dumps({"message": message}))
-
-    def _write(self, message: str | bytes, binary: bool = False) -> None:
-        try:
-            self.write_message(message, binary)
-        except WebSocketClosedError:
-            self._server._pages.discard(self)
 
 
 def _listen(host: str, port: int) -> list[socket.socket]:

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import io
 import os
-import shutil
-import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from softhand.errors import SofthandError
 from softhand.recording.recording import Recording
 from softhand.recording.whole_file import check_place, write_whole
-from softhand.viewer.report.browser import Browser, find_chromium
+from softhand.viewer.browser.browser import Browser
+from softhand.viewer.browser.chromium import find_chromium
+from softhand.viewer.report.encoding import encode_gif, find_ffmpeg, mp4_encoder
 from softhand.viewer.report.report import report_page
 
 FORMATS = ("mp4", "gif")
 _MOST_FRAMES = 600  # kept in the page; between them it interpolates
 _PREPARING = 0.1  # share of the work
-_GIF_CLOCK = 100  # a GIF counts time in hundredths of a second
 _FASTEST_GIF = 50.0  # [1/s] readers slow down what is faster
 _LARGEST = 4096  # [px]
 
@@ -54,7 +50,7 @@ def write_film(
     path = Path(path)
     ending = path.suffix.lower().removeprefix(".")
     _check(path, ending, fps, size, speed)
-    encode = _encode_gif if ending == "gif" else _encode_mp4(_find_ffmpeg())
+    encode = encode_gif if ending == "gif" else mp4_encoder(find_ffmpeg())
     find_chromium()
     page = report_page(
         [recording], fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
@@ -102,70 +98,3 @@ def _pictures(
             page.evaluate(f"softhand.setTime({time!r})")
             yield page.screenshot()
             progress(_PREPARING + (1.0 - _PREPARING) * done)
-
-
-def _encode_gif(pictures: Iterator[bytes], fps: float) -> bytes:
-    """One palette for all pictures, so that what stands still does not flicker.
-
-    It covers all hues: one by areas has greys alone, and torsion would look like slip.
-    """
-    frames: list[Image.Image] = []
-    palette = None
-    for picture in pictures:
-        image = Image.open(io.BytesIO(picture)).convert("RGB")
-        palette = palette or image.quantize(255, Image.Quantize.MAXCOVERAGE)
-        frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
-    ends = np.rint(_GIF_CLOCK * np.arange(len(frames) + 1) / fps)
-    durations = (1000 // _GIF_CLOCK * np.diff(ends)).astype(int).tolist()
-    buffer = io.BytesIO()
-    frames[0].save(buffer, "GIF", save_all=True, append_images=frames[1:], duration=durations, loop=0)
-    return buffer.getvalue()
-
-
-def _encode_mp4(ffmpeg: str) -> Callable[[Iterator[bytes], float], bytes]:
-    def encode(pictures: Iterator[bytes], fps: float) -> bytes:
-        with tempfile.TemporaryDirectory(prefix="softhand-film-") as folder:
-            film, log = Path(folder, "film.mp4"), Path(folder, "log")
-            command = [ffmpeg, "-loglevel", "error", "-f", "image2pipe", "-framerate", f"{fps:g}", "-c:v", "png"]
-            command += ["-i", "-", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(film)]
-            with log.open("wb") as complaints:  # in a session of its own, so that Ctrl-C is ours alone
-                process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints, start_new_session=True)
-            try:
-                _feed(process, pictures)
-            finally:
-                process.kill()
-                process.wait()
-            if process.returncode or not film.is_file():
-                said = log.read_text(errors="replace").strip().splitlines()
-                raise SofthandError(
-                    f"ffmpeg ({ffmpeg}) cannot make the film: {said[-1] if said else 'it ended early'}."
-                )
-            return film.read_bytes()
-
-    return encode
-
-
-def _feed(process: subprocess.Popen[bytes], pictures: Iterator[bytes]) -> None:
-    """Hand over all pictures and wait; a process that has ended is judged by its caller."""
-    assert process.stdin is not None
-    try:
-        for picture in pictures:
-            process.stdin.write(picture)
-        process.stdin.close()
-        process.wait()
-    except BrokenPipeError:
-        process.wait()
-
-
-def _find_ffmpeg() -> str:
-    found = shutil.which("ffmpeg")
-    if found is None and find_spec("imageio_ffmpeg") is not None:
-        from imageio_ffmpeg import get_ffmpeg_exe
-
-        found = str(get_ffmpeg_exe())
-    if found is None:
-        raise SofthandError(
-            "An .mp4 needs ffmpeg: install it, for instance with `apt install ffmpeg`, or install softhand with its "
-            "extra `film` (pip install 'softhand[film]'); a .gif needs neither."
-        )
-    return found

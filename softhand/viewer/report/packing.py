@@ -2,41 +2,18 @@
 
 from __future__ import annotations
 
-import base64
-import zlib
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.recording import Recording
+from softhand.viewer.report.store import Data, Store
 from softhand.viewer.scene.item import Item, Update
 from softhand.viewer.scene.recorded import SLIP_HOLD, RecordedScene
 from softhand.viewer.scene.scales import Scales
 
-Data = dict[str, Any]
-
-_TYPES = {"f4": "<f4", "i4": "<i4", "i2": "<i2", "u1": "|u1"}
 _STEPS = 4095  # from the mean of a soft item to its farthest vertex: about a micrometre for a fingertip
-
-
-class Store:
-    """Arrays behind each other in one block of bytes; the page is told where each begins."""
-
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-
-    def add(self, array: AnyArray, kind: str) -> Data:
-        """Keep an array as little-endian `f4`, `i4`, `i2` or `u1`; returns where it is."""
-        data = np.ascontiguousarray(array, dtype=_TYPES[kind])
-        place = {"type": kind, "start": len(self._bytes), "count": data.size}
-        self._bytes += data.tobytes() + bytes(-data.nbytes % 4)
-        return place
-
-    def text(self) -> str:
-        """All bytes, deflated, as base64."""
-        return base64.b64encode(zlib.compress(self._bytes, 9)).decode()
 
 
 def frames_of(recording: Recording, rate: float, most: int) -> AnyArray:

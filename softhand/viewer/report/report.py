@@ -7,22 +7,21 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from softhand.analysis.summary import summarize
 from softhand.errors import RecordingError, SofthandError
-from softhand.plots.run import settings_line
-from softhand.plots.style import FINGERS
+from softhand.plots.style import finger_color
 from softhand.recording.events import phases_of
 from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
 from softhand.recording.whole_file import check_place, write_whole
 from softhand.version import __version__
-from softhand.viewer.report.bundle import bundle_folder
+from softhand.viewer.page.assets import LICENCES, page_file, three_file
 from softhand.viewer.report.curves import blocks_of, finger_names, samples_of
-from softhand.viewer.report.packing import Store, pack_film
+from softhand.viewer.report.packing import pack_film
+from softhand.viewer.report.store import Data, Store
 from softhand.viewer.scene.scales import shared_scales
 
 FRAME_RATE = 60.0  # frames a second of simulated time; between them the page interpolates
@@ -75,26 +74,15 @@ def report_page(
     for recording in recordings:
         if not len(recording):
             raise RecordingError("A report needs at least one sample, and this recording has none.")
-    count, scales = len(recordings), shared_scales(recordings)
     store = Store()
     blocks = [] if film_only else blocks_of(store, recordings)
-    runs = []
-    for k, recording in enumerate(recordings):
-        film = pack_film(store, recording, scales, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
-        runs.append(
-            {
-                "label": "ABCD"[k],
-                "film": film,
-                **_text_of(recording),
-                "times": store.add(recording.time[samples_of(recording)], "f4"),
-            }
-        )
+    runs = _runs_of(store, recordings, rate, most, progress)
     most_fingers = max((finger_names(recording) for recording in recordings), key=len)
     data = {
         "version": __version__,
         "filmOnly": film_only,
         "end": max(float(recording.time[-1]) for recording in recordings) or 1e-3,
-        "fingers": [{"text": name, "color": FINGERS[k % len(FINGERS)]} for k, name in enumerate(most_fingers)],
+        "fingers": [{"text": name, "color": finger_color(k)} for k, name in enumerate(most_fingers)],
         "runs": runs,
         "blocks": blocks,
         "arrays": store.text(),
@@ -102,13 +90,24 @@ def report_page(
     return _fill(data)
 
 
-def _text_of(recording: Recording) -> dict[str, Any]:
+def _runs_of(store: Store, recordings: Sequence[Recording], rate: float, most: int, progress: Progress) -> list[Data]:
+    """Film, words and times of each run."""
+    count, scales = len(recordings), shared_scales(recordings)
+    runs = []
+    for k, recording in enumerate(recordings):
+        film = pack_film(store, recording, scales, rate, most // count, lambda done, k=k: progress((k + done) / count))  # type: ignore[misc]
+        times = store.add(recording.time[samples_of(recording)], "f4")
+        runs.append({"label": "ABCD"[k], "film": film, **_text_of(recording), "times": times})
+    return runs
+
+
+def _text_of(recording: Recording) -> Data:
     """What the page says about a run."""
     scenario, summary = scenario_of(recording), summarize(recording)
     stop = "" if recording.complete else f"Incomplete, stopped at {recording.stop_time:g} s: {recording.reason}"
     return {
-        "title": scenario.get("description") or "softhand run",
-        "subtitle": settings_line(scenario),
+        "title": scenario.title,
+        "subtitle": scenario.settings_line,
         "stop": stop,
         "facts": [("simulated time", f"{recording.stop_time:g} s"), *summary.rows()],
         "notes": summary.warnings(),
@@ -120,15 +119,13 @@ def _text_of(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _fill(data: dict[str, Any]) -> str:
+def _fill(data: Data) -> str:
     """The page with everything put into it."""
-    folder, three = files("softhand.viewer") / "page", bundle_folder()
-    parts = {name: (folder / name).read_text("utf-8") for name in ("report.css", "stage.js", "chart.js", "report.js")}
-    parts["three"] = (three / "main.min.js").read_text("utf-8")
-    parts["licences"] = _as_data(json.loads((three / "main.min.js.THIRD_PARTY_LICENSES.json").read_text("utf-8")))
+    parts = {name: page_file(name) for name in ("report.css", "stage.js", "chart.js", "report.js")}
+    parts["three"] = three_file()
+    parts["licences"] = _as_data(json.loads(three_file(LICENCES)))
     parts["data"] = _as_data(data)
-    page = (folder / "report.html").read_text("utf-8")
-    return re.sub(r"\{\{([a-z.]+)\}\}", lambda found: parts[found[1]], page)
+    return re.sub(r"\{\{([a-z.]+)\}\}", lambda found: parts[found[1]], page_file("report.html"))
 
 
 def _as_data(data: Any) -> str:

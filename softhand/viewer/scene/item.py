@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
-from softhand.viewer.scene.moment import Moment
+from softhand.viewer.scene.moment import Moment, Past
 from softhand.viewer.scene.palette import Colour
-from softhand.viewer.scene.shapes import Mesh
+from softhand.viewer.scene.shapes.mesh import Mesh
 
 LAYERS: dict[str, str] = {
     "links": "Links",
@@ -76,20 +76,11 @@ class Part(ABC):
     items: list[Item]
 
     @abstractmethod
-    def update(self, moment: Moment) -> list[Update]:
+    def update(self, moment: Moment, past: Past) -> list[Update]:
         """One update an item, in their order."""
 
 
-def item(
-    name: str,
-    mesh: Mesh,
-    colour: Colour,
-    *,
-    opacity: float = 1.0,
-    soft: bool = False,
-    kind: str = "mesh",
-    on_top: bool = False,
-) -> Item:
-    """An item of the layer that its name starts with."""
-    vertices, faces = mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32)
-    return Item(name, name.partition("/")[0], vertices, faces, colour, opacity, soft, kind, on_top)
+def item(name: str, mesh: Mesh, colour: Colour, **looks: Any) -> Item:
+    """An item of the layer that its name starts with; `looks` are further fields of `Item`."""
+    layer = name.partition("/")[0]
+    return Item(name, layer, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32), colour, **looks)

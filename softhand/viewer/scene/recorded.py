@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
+from softhand.recording.recorded import RecordedScenario, scenario_of
 from softhand.recording.recording import Recording
 from softhand.scenario.file import resolve_path
-from softhand.settings.toml import tomllib
-from softhand.viewer.scene.bodies import Plane
 from softhand.viewer.scene.item import Update
-from softhand.viewer.scene.moment import Past, recorded_moment
+from softhand.viewer.scene.moment import Past
+from softhand.viewer.scene.parts.table import Plane
+from softhand.viewer.scene.samples import recorded_moment
 from softhand.viewer.scene.scales import Scales, radii_of, shared_scales
 from softhand.viewer.scene.scene import Cast, Scene
+from softhand.viewer.scene.visuals import Source
 
 SLIP_HOLD = 0.1  # [s] that the mark of a slip stays: most slips are too short to be seen
 
@@ -27,7 +28,7 @@ class RecordedScene(Scene):
 
     Attributes:
         times: of the samples [s], shape (samples,).
-        bounds: spheres around what is seen over the whole run.
+        bounds: spheres around what is there to see over the whole run.
         slip_begins: samples at which a mark of slip appears.
 
     Args:
@@ -57,68 +58,41 @@ class RecordedScene(Scene):
 
 
 def _cast_of(recording: Recording, slip_hold: float) -> Cast:
+    scenario = scenario_of(recording)
+    table = _table_of(scenario)
     return Cast(
-        recording.hand_urdf,
-        recording.object_urdf,
+        Source(recording.hand_urdf, _folder_of(scenario, "hand")),
+        Source(recording.object_urdf, _folder_of(scenario, "object")),
         recording.labels["contact"],
         radii_of(recording),
-        tuple(_of_scenario(recording, "gravity") or (0.0, 0.0, -9.81)),
-        _folder_of(recording, "hand"),
-        _folder_of(recording, "object"),
-        _table_of(recording),
-        _object_section(recording).get("ellipsoid"),
+        scenario.vector("gravity") or Cast.gravity,
+        None if table is None else (table, recording.object_position[0]),
+        scenario.vector("object", "ellipsoid"),
         recording.labels.get("support", ()),
-        slip_hold if _can_slip(recording) else None,
+        slip_hold if _can_slip(recording, scenario) else None,
     )
 
 
-def _can_slip(recording: Recording) -> bool:
+def _can_slip(recording: Recording, scenario: RecordedScenario) -> bool:
     """Whether tips have a limit of friction, by the recorded scenario, or slipped."""
-    if "is_slipping" not in recording.variables:
-        return False
-    fingertip = _of_scenario(recording, "fingertip")
-    return (isinstance(fingertip, dict) and fingertip.get("contact") == "coulomb") or bool(recording.is_slipping.any())
+    slips = recording.variables.get("is_slipping")
+    return slips is not None and (scenario.is_coulomb or bool(slips.any()))
 
 
-def _since_slip(recording: Recording) -> Array:
-    """Time since each tip slipped, infinite if it did not [s], shape (samples, nc)."""
-    now = recording.time[:, None]
-    slips = recording.variables.get("is_slipping", np.zeros((len(recording), len(recording.labels["contact"]))))
-    since: Array = now - np.maximum.accumulate(np.where(slips != 0, now, -np.inf), axis=0)
-    return since
+def _table_of(scenario: RecordedScenario) -> Plane | None:
+    """The table of the scenario, if it can be read and has one."""
+    height = scenario.number("table", "height")
+    normal = np.array(scenario.vector("table", "normal") or (0.0, 0.0, 1.0))
+    length = float(np.linalg.norm(normal))
+    return None if height is None or length == 0.0 else Plane(height, normal / length)
 
 
-def _table_of(recording: Recording) -> tuple[Plane, Array] | None:
-    """The table of the recorded scenario, if it can be read and has one."""
+def _folder_of(scenario: RecordedScenario, section: str) -> Path | None:
+    """Where the URDF of a section lay, if that can be told."""
+    urdf = scenario.at(section, "urdf")
     try:
-        table = tomllib.loads(recording.scenario)["table"]
-        normal = np.array(table.get("normal", (0.0, 0.0, 1.0)), dtype=float)
-        return Plane(float(table["height"]), normal / np.linalg.norm(normal)), recording.object_position[0]
-    except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
-        return None
-
-
-def _object_section(recording: Recording) -> dict[str, Any]:
-    try:
-        section: dict[str, Any] = tomllib.loads(recording.scenario)["object"]
-        return section
-    except (tomllib.TOMLDecodeError, KeyError, TypeError):
-        return {}
-
-
-def _folder_of(recording: Recording, section: str) -> Path | None:
-    """Where the URDF of a section of the recorded scenario lay, if that can be told."""
-    try:
-        return resolve_path(_of_scenario(recording, section)["urdf"]).parent
-    except (KeyError, TypeError, AttributeError, ScenarioError):
-        return None
-
-
-def _of_scenario(recording: Recording, key: str) -> Any:
-    """A value at the top of the recorded scenario; None if that cannot be told."""
-    try:
-        return tomllib.loads(recording.scenario).get(key)
-    except tomllib.TOMLDecodeError:
+        return resolve_path(urdf).parent if isinstance(urdf, str) else None
+    except ScenarioError:
         return None
 
 
@@ -128,3 +102,11 @@ def _path_of(recording: Recording) -> Array:
     reach = recording.contact_point - recording.object_position[:, None]
     path: Array = np.einsum("kis,snk->sni", rotation, reach)
     return path
+
+
+def _since_slip(recording: Recording) -> Array:
+    """Time since each tip slipped, infinite if it did not [s], shape (samples, nc)."""
+    now = recording.time[:, None]
+    slips = recording.variables.get("is_slipping", np.zeros((len(recording), len(recording.labels["contact"]))))
+    since: Array = now - np.maximum.accumulate(np.where(slips != 0, now, -np.inf), axis=0)
+    return since

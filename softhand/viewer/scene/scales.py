@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand.numerics.arrays import Array
 from softhand.recording.recording import Recording
-from softhand.viewer.scene.moment import check_viewable, recorded_moment
+from softhand.viewer.scene.samples import check_viewable, recorded_moment
 
 _LIVE_LOAD = 2.0  # least room for the force of a tip, over the object's weight: fingers may be open at the start
 

@@ -1,6 +1,6 @@
 """The scene of a grasp: what any picture of it shows, as plain arrays.
 
-    scene = recorded_scene(recording)
+    scene = RecordedScene(recording)
     for update, item in zip(scene.frame(k), scene.items): ...
 
 A scene has items that stay and gives one `Update` an item for each moment. Nothing here knows a renderer.
@@ -18,43 +18,49 @@ from softhand.contact.pairs import contact_pairs
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
 from softhand.viewer.scene import palette
-from softhand.viewer.scene.bodies import DesiredPose, Hand, Object, Plane, Table
 from softhand.viewer.scene.camera import Bounds, open_side, sphere_around
-from softhand.viewer.scene.contacts import Forces, InternalForces, Slips, Supports, Tips, Torsion, Trails
 from softhand.viewer.scene.item import LAYERS, Item, Part, Update
 from softhand.viewer.scene.legend import make_legend
 from softhand.viewer.scene.moment import Moment, Past
+from softhand.viewer.scene.parts.forces import Forces, InternalForces, Supports
+from softhand.viewer.scene.parts.hand import Hand
+from softhand.viewer.scene.parts.object import DesiredPose, Object
+from softhand.viewer.scene.parts.slips import Slips
+from softhand.viewer.scene.parts.table import Plane, Table
+from softhand.viewer.scene.parts.tips import Tips
+from softhand.viewer.scene.parts.torsion import Torsion
+from softhand.viewer.scene.parts.trails import Trails
+from softhand.viewer.scene.poses import to_world
 from softhand.viewer.scene.scales import Scales
-from softhand.viewer.scene.shapes import ellipsoid
+from softhand.viewer.scene.shapes.solids import ellipsoid
 from softhand.viewer.scene.skeleton import Skeleton
-from softhand.viewer.scene.visuals import read_visuals
+from softhand.viewer.scene.visuals import Looks, Source, Visual
+
+_BODIES = ("links", "base", "object", "tips", "desired", "table")
+"""Layers that a camera has to fit."""
 
 
 @dataclass(frozen=True)
 class Cast:
-    """Whom a scene shows: the URDFs as text, where they came from, and the tips.
+    """Whom a scene shows.
 
     Attributes:
-        hand_urdf: text of the hand's URDF.
-        object_urdf: text of the object's URDF.
+        hand: its URDF.
+        object: its URDF.
         tips: names of the tip frames.
         radii: of the undeformed tips [m].
         gravity: in the world [m/s^2]; without any, z is up.
-        hand_folder: where the hand's meshes are looked for.
-        object_folder: likewise.
         table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
         ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
         supports: names of the supports.
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
     """
 
-    hand_urdf: str
-    object_urdf: str
+    hand: Source
+    object: Source
     tips: tuple[str, ...]
     radii: tuple[float, ...]
     gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
-    hand_folder: Path | None = None
-    object_folder: Path | None = None
     table: tuple[Plane, Array] | None = None
     ellipsoid: tuple[float, ...] | None = None
     supports: tuple[str, ...] = ()
@@ -69,41 +75,16 @@ class Scene:
         items: everything in the picture.
         legend: what the colours mean.
         unread: meshes of the URDFs that could not be read; they are left out.
+
+    Raises:
+        ModelError: a URDF cannot be read.
     """
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
-        unit = max(cast.radii)
         self._upright = upright(cast.gravity)
-        skeleton = self._skeleton = Skeleton(cast.hand_urdf, Path("the hand's URDF"))
-        looks, self.unread = read_visuals(cast.hand_urdf, cast.hand_folder)
-        body, unread = read_visuals(cast.object_urdf, cast.object_folder)
-        touched, _ = read_visuals(cast.object_urdf, cast.object_folder, "collision")
-        if cast.ellipsoid is not None:
-            colour = next((visual.colour for visual in body), None)
-            body = [shape._replace(mesh=ellipsoid(cast.ellipsoid), colour=colour) for shape in touched]
-        body = body or touched
-        self.unread += unread
-        tips = list(cast.tips)
-        colours = [
-            next((v.colour for v in looks if v.colour and _is_rigid_tip(skeleton, v.link, tip)), palette.TIP)
-            for tip in tips
-        ]
-        self._trails = Trails(tips, unit)
-        self._slips = Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0)
-        self._parts: list[Part] = [
-            Hand(skeleton, looks, tips, unit),
-            Object(body, unit),
-            Tips(skeleton, tips, cast.radii, colours),
-            Forces(tips, unit, 3.2 * unit / scales.force),
-            Supports(cast.supports, unit, 2.0 * unit / scales.support_force),
-            self._slips,
-            Torsion(tips, unit, 1.5 * np.pi / scales.torsion),
-            self._trails,
-            DesiredPose(body, unit),
-            InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
-        ]
-        if cast.table is not None:
-            self._parts.insert(0, Table(*cast.table, unit))
+        self._skeleton = Skeleton(cast.hand.text, Path("the hand's URDF"))
+        self.unread: list[str] = []
+        self._parts = self._make_parts(cast, scales)
         self.items: list[Item] = [item for part in self._parts for item in part.items]
         used = {item.layer for item in self.items}
         self.layers = {key: title for key, title in LAYERS.items() if key in used}
@@ -117,11 +98,10 @@ class Scene:
             past: what has been before.
         """
         self._skeleton.move(moment.joint_position)
-        self._trails.path, self._slips.since = past
-        return [update for part in self._parts for update in part.update(moment)]
+        return [update for part in self._parts for update in part.update(moment, past)]
 
     def extent(self, moments: Sequence[Moment]) -> Bounds:
-        """A sphere around what is seen at these moments."""
+        """Spheres around what is there to see at these moments."""
         places = [place for moment in moments for place in self._places(moment)]
         return Bounds(
             sphere_around([points for _, points in places]),
@@ -130,16 +110,54 @@ class Scene:
             self._upright,
         )
 
+    def _make_parts(self, cast: Cast, scales: Scales) -> list[Part]:
+        unit, tips = max(cast.radii), list(cast.tips)
+        hand, body = self._read(Looks(cast.hand)), self._read_object(cast)
+        table = [] if cast.table is None else [Table(*cast.table, unit)]
+        return [
+            *table,
+            Hand(self._skeleton, hand, tips, unit),
+            Object(body, unit),
+            Tips(self._skeleton, tips, cast.radii, [self._colour(hand, tip) for tip in tips]),
+            Forces(tips, unit, 3.2 * unit / scales.force),
+            Supports(cast.supports, unit, 2.0 * unit / scales.support_force),
+            Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0),
+            Torsion(tips, unit, 1.5 * np.pi / scales.torsion),
+            Trails(tips, unit),
+            DesiredPose(body, unit),
+            InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
+        ]
+
+    def _read(self, looks: Looks) -> list[Visual]:
+        visuals, unread = looks.read("visual")
+        self.unread += unread
+        return visuals
+
+    def _read_object(self, cast: Cast) -> list[Visual]:
+        """Its looks; what can be touched of it where its URDF gives no looks, or where it is an ellipsoid."""
+        looks = Looks(cast.object)
+        body = self._read(looks)
+        if body and cast.ellipsoid is None:
+            return body
+        touched, _ = looks.read("collision")
+        if cast.ellipsoid is None:
+            return touched
+        colour = next((visual.colour for visual in body), None)
+        return [shape._replace(mesh=ellipsoid(cast.ellipsoid), colour=colour) for shape in touched]
+
+    def _colour(self, looks: list[Visual], tip: str) -> palette.Colour:
+        """Of a soft tip: that of the rigid link in whose place it stands, if its URDF gives one."""
+        skeleton = self._skeleton
+        for visual in looks:
+            stands = skeleton.coincide(visual.link, tip) or skeleton.seat(visual.link, tip) is not None
+            if visual.colour and stands:
+                return visual.colour
+        return palette.TIP
+
     def _places(self, moment: Moment) -> Iterator[tuple[str, Array]]:
         """Layer, and vertices in the world, of what has a body."""
         updates = self.draw(moment, Past.none(len(moment.distance)))
         for item, update in zip(self.items, updates, strict=True):
-            if item.layer in ("links", "base", "object", "tips", "desired", "table"):
+            if item.layer in _BODIES:
                 vertices = item.vertices if update.vertices is None else update.vertices
-                pose = np.eye(4) if update.pose is None else update.pose
-                yield item.layer, vertices @ pose[:3, :3].T + pose[:3, 3]
-
-
-def _is_rigid_tip(skeleton: Skeleton, link: str, tip: str) -> bool:
-    """Whether the soft tip stands in the place of a link of the URDF."""
-    return skeleton.coincide(link, tip) or skeleton.seat(link, tip) is not None
+                yield item.layer, to_world(vertices, np.eye(4) if update.pose is None else update.pose)

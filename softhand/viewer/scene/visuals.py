@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 from xml.etree import ElementTree
 
 import coal
 import numpy as np
-import pinocchio as pin
 
 from softhand.model.urdf.document import read_document
 from softhand.model.urdf.meshes import find_mesh
 from softhand.numerics.arrays import Array
 from softhand.viewer.scene.palette import Colour
-from softhand.viewer.scene.shapes import Mesh, box, capsule, cylinder, sphere
+from softhand.viewer.scene.poses import pose_of
+from softhand.viewer.scene.shapes.mesh import Mesh
+from softhand.viewer.scene.shapes.solids import box, capsule, cylinder, sphere
+
+
+class Source(NamedTuple):
+    """A URDF that has been loaded before."""
+
+    text: str
+    folder: Path | None
+    """Where it came from, for the paths of meshes."""
 
 
 class Visual(NamedTuple):
@@ -28,33 +37,37 @@ class Visual(NamedTuple):
     """None if the URDF gives none."""
 
 
-def read_visuals(text: str, folder: Path | None, kind: str = "visual") -> tuple[list[Visual], list[str]]:
-    """The visual shapes of all links, and the meshes that cannot be read.
+class Looks:
+    """The shapes of a URDF, whose text is parsed once."""
 
-    Args:
-        text: a URDF that has been loaded before.
-        folder: where it came from, for the paths of meshes.
-        kind: "visual", or "collision" for these shapes instead.
-    """
-    root = read_document(text, "the URDF")
-    colours = {
-        material.get("name"): _rgb(material) for material in root.iter("material") if material.find("color") is not None
-    }
-    visuals, unread = [], []
-    for link in root.findall("link"):
-        for visual in link.findall(kind):
-            geometry = visual.find("geometry")
-            shape = geometry[0] if geometry is not None and len(geometry) else None
-            if shape is None:
-                continue
-            mesh = _read_shape(shape, folder)
-            if mesh is None:
-                unread.append(shape.get("filename", shape.tag))
-                continue
-            material = visual.find("material")
-            colour = None if material is None else _rgb(material) or colours.get(material.get("name"))
-            visuals.append(Visual(link.get("name", ""), mesh, _origin(visual), colour))
-    return visuals, unread
+    def __init__(self, source: Source) -> None:
+        self._folder = source.folder
+        self._root = read_document(source.text, "the URDF")
+        self._colours = {
+            material.get("name"): _rgb(material)
+            for material in self._root.iter("material")
+            if material.find("color") is not None
+        }
+
+    def read(self, kind: Literal["visual", "collision"]) -> tuple[list[Visual], list[str]]:
+        """The shapes of all links for the eye, or those for contacts, and the meshes that cannot be read."""
+        visuals, unread = [], []
+        for link in self._root.findall("link"):
+            for element in link.findall(kind):
+                geometry = element.find("geometry")
+                shape = geometry[0] if geometry is not None and len(geometry) else None
+                if shape is None:
+                    continue
+                mesh = _read_shape(shape, self._folder)
+                if mesh is None:
+                    unread.append(shape.get("filename", shape.tag))
+                else:
+                    visuals.append(Visual(link.get("name", ""), mesh, _origin(element), self._colour(element)))
+        return visuals, unread
+
+    def _colour(self, element: ElementTree.Element) -> Colour | None:
+        material = element.find("material")
+        return None if material is None else _rgb(material) or self._colours.get(material.get("name"))
 
 
 def _read_shape(shape: ElementTree.Element, folder: Path | None) -> Mesh | None:
@@ -93,9 +106,5 @@ def _rgb(material: ElementTree.Element) -> Colour | None:
 
 
 def _origin(element: ElementTree.Element) -> Array:
-    pose = np.eye(4)
     origin = element.find("origin")
-    if origin is not None:
-        pose[:3, :3] = pin.rpy.rpyToMatrix(*_numbers(origin.get("rpy")))
-        pose[:3, 3] = _numbers(origin.get("xyz"))
-    return pose
+    return np.eye(4) if origin is None else pose_of(_numbers(origin.get("xyz")), _numbers(origin.get("rpy")))

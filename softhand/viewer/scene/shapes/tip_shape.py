@@ -11,17 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from softhand.numerics.arrays import Array
-from softhand.viewer.scene.shapes import Faces, grid_faces
 
-_SPOKES = 48
-_DISC_RINGS = 6
-_SIDE_RINGS = 14
 _BONDED = 0.35  # [rad] above the flat face, where the rim holds the material back
-_FINE = 33  # vertices along a line of the net
-_MERIDIANS, _PARALLELS = 12, (0.35, 0.7, 1.05)  # [rad] above the flat face
 
 
 class Indentation(NamedTuple):
@@ -40,6 +33,11 @@ class Indentation(NamedTuple):
     def disc_radius(self) -> float:
         """Of the contact, sqrt(r^2 - R^2), 0 without contact [m]."""
         return float(np.sqrt(max(self.radius**2 - self.distance**2, 0.0)))
+
+    @property
+    def disc_angle(self) -> float:
+        """Half the angle under which the contact disc is seen from the centre of the flat face [rad]."""
+        return float(np.arccos(np.clip(self.distance / self.radius, 0.0, 1.0)))
 
 
 def contact_axes(theta: float, phi: float) -> Array:
@@ -60,64 +58,6 @@ def contact_turn(indentation: Indentation) -> Array:
     c, s = np.cos(dpsi), np.sin(dpsi)
     twist = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     return contact_axes(Theta, Phi) @ twist @ contact_axes(Theta + dtheta, Phi + dphi).T
-
-
-def tip_faces() -> Faces:
-    """Triangles of `tip_surface`, the same for every deformation: rings around the contact, then the flat face."""
-    rings = _DISC_RINGS + _SIDE_RINGS
-    side = grid_faces(rings, _SPOKES)[:, ::-1]
-    last = (rings - 1) * _SPOKES
-    k = np.arange(_SPOKES)
-    flat = np.stack([last + (k + 1) % _SPOKES, last + k, np.full(_SPOKES, rings * _SPOKES)], axis=-1)
-    return np.concatenate([side, flat]).astype(np.int32)
-
-
-def tip_surface(indentation: Indentation) -> Array:
-    """Vertices of the closed surface of a tip in F [m], shape (n, 3), for the triangles of `tip_faces`.
-
-    The rings lie around the contact, the edge of the contact disc on one of them; the last ring is the rim.
-    """
-    apart = _disc_angle(indentation)
-    axes = _material_axes(indentation)
-    spoke = np.linspace(0.0, 2.0 * np.pi, _SPOKES, endpoint=False)
-    outward = np.cos(spoke)[:, None] * axes[:, 0] + np.sin(spoke)[:, None] * axes[:, 1]
-    rim = np.arctan2(axes[0, 2], -outward[:, 0])  # where the great circle along a spoke meets the flat face
-    edge = np.minimum(apart, rim)
-    inside = np.linspace(0.0, 1.0, _DISC_RINGS)[:, None] * edge
-    beside = edge + np.linspace(0.0, 1.0, _SIDE_RINGS + 1)[1:, None] * (rim - edge)
-    angle = np.concatenate([inside, beside])[..., None]
-    sphere = np.cos(angle) * axes[:, 2] + np.sin(angle) * outward
-    sphere[-1, :, 0] = 0.0
-    points = deformed(indentation, sphere.reshape(-1, 3))
-    return np.concatenate([points, np.zeros((1, 3))])
-
-
-def net_segments() -> NDArray[np.int32]:
-    """Segments of `tip_net`, shape (m, 2)."""
-    lines = _MERIDIANS + len(_PARALLELS)
-    first = np.arange(lines)[:, None] * _FINE + np.arange(_FINE - 1)
-    return np.stack([first, first + 1], axis=-1).reshape(-1, 2).astype(np.int32)
-
-
-def tip_net(indentation: Indentation) -> Array:
-    """Meridians and parallels drawn on the material of the tip, in F [m]: they show shear and twist, shape (n, 3)."""
-    return 1.004 * deformed(indentation, _NET)
-
-
-def _net() -> Array:
-    up = np.linspace(0.0, 0.5 * np.pi, _FINE)
-    around = np.linspace(0.0, 2.0 * np.pi, _FINE)
-    lines = [_on_sphere(theta, up) for theta in np.linspace(0.0, 2.0 * np.pi, _MERIDIANS, endpoint=False)]
-    lines += [_on_sphere(around, np.full(_FINE, phi)) for phi in _PARALLELS]
-    return np.concatenate(lines)
-
-
-def _on_sphere(theta: ArrayLike, phi: ArrayLike) -> Array:
-    """Unit vectors at the angles (theta, phi) of F, Eq. (14), shape (n, 3)."""
-    return np.stack(np.broadcast_arrays(np.sin(phi), np.cos(theta) * np.cos(phi), np.sin(theta) * np.cos(phi)), axis=-1)
-
-
-_NET = _net()
 
 
 def deformed(indentation: Indentation, sphere: Array) -> Array:
@@ -144,12 +84,7 @@ def deformed(indentation: Indentation, sphere: Array) -> Array:
     return points
 
 
-def _disc_angle(indentation: Indentation) -> float:
-    """Half the angle under which the contact disc is seen from the centre of the flat face [rad]."""
-    return float(np.arccos(np.clip(indentation.distance / indentation.radius, 0.0, 1.0)))
-
-
-def _material_axes(indentation: Indentation) -> Array:
+def material_axes(indentation: Indentation) -> Array:
     """Contact frame at the place of the undeformed tip that is the contact's centre now."""
     (Theta, Phi), (dtheta, dphi, _) = indentation.angles, indentation.shear
     return contact_axes(Theta + dtheta, Phi + dphi)
@@ -162,8 +97,8 @@ def _elevation(sphere: Array) -> Array:
 
 def _nearness(indentation: Indentation, sphere: Array) -> Array:
     """How near each point is to the contact: 1 in the contact disc, 0 at the rim."""
-    centre = _material_axes(indentation)[:, 2]
-    to_disc = np.arccos(np.clip(sphere @ centre, -1.0, 1.0)) - _disc_angle(indentation)
+    centre = material_axes(indentation)[:, 2]
+    to_disc = np.arccos(np.clip(sphere @ centre, -1.0, 1.0)) - indentation.disc_angle
     to_rim = _elevation(sphere)
     return to_rim / (to_rim + np.maximum(to_disc, 0.0) + 1e-12)
 

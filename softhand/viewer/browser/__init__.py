@@ -1,0 +1,1 @@
+"""The headless Chromium in which films are drawn."""

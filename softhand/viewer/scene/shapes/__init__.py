@@ -1,0 +1,1 @@
+"""Triangles and segments, as plain numpy."""
