@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
-from softhand.numerics.spatial import rotation_of
+from softhand.numerics.rotations import turns_between
 from softhand.recording.recording import Recording
 
 WINDOW = 0.1  # [s] at the end, over which errors are averaged
@@ -61,7 +61,8 @@ def errors(recording: Recording) -> Errors:
     """Distances from what is desired, sample by sample."""
     position = recording.object_position - recording.object_position_desired
     force = recording.internal_force - recording.internal_force_desired
-    angles = _angle_between(recording.object_rpy, recording.object_rpy_desired)
+    turns = turns_between(recording.object_rpy_desired, recording.object_rpy)
+    angles = np.degrees(np.linalg.norm(turns, axis=1))
     return Errors(1e3 * np.linalg.norm(position, axis=1), angles, np.linalg.norm(force, axis=1))
 
 
@@ -73,12 +74,11 @@ def measure(recording: Recording) -> Performance:
     """
     time, off = recording.time, errors(recording)
     last = time > time[-1] - WINDOW + 1e-9
-    position = 1e3 * np.vstack([recording.object_position, recording.object_position_desired[-1:]])
-    rpy = np.degrees(np.vstack([recording.object_rpy, recording.object_rpy_desired[-1:]]))
-    turn_to_target = _angle_between(recording.object_rpy, recording.object_rpy_desired[-1:])
-    outside = np.linalg.norm(position[:-1] - position[-1], axis=1) > _band(position, LEAST_POSITION)
-    outside |= turn_to_target > _band(rpy, LEAST_ORIENTATION)
-    beyond = [_beyond(position, LEAST_POSITION), _beyond(rpy, LEAST_ORIENTATION)]
+    position = 1e3 * (recording.object_position - recording.object_position_desired[-1])
+    turn = np.degrees(turns_between(recording.object_rpy_desired[-1:], recording.object_rpy))
+    outside = np.linalg.norm(position, axis=1) > _band(position, LEAST_POSITION)
+    outside |= np.linalg.norm(turn, axis=1) > _band(turn, LEAST_ORIENTATION)
+    beyond = [_beyond(position, LEAST_POSITION), _beyond(turn, LEAST_ORIENTATION)]
     return Performance(
         settling_time=_settled(time, outside),
         overshoot=float(np.nanmax(beyond)) if not all(map(math.isnan, beyond)) else math.nan,
@@ -90,25 +90,21 @@ def measure(recording: Recording) -> Performance:
     )
 
 
-def _angle_between(rpy: Array, others: Array) -> Array:
-    """Angle of the rotation between orientations [deg], shape (samples,); |R - R_d| is 2 sqrt(2) sin(angle / 2)."""
-    apart = np.linalg.norm((rotation_of(rpy.T) - rotation_of(others.T)).reshape(9, -1), axis=0)
-    angle: Array = np.degrees(2.0 * np.arcsin(np.clip(apart / math.sqrt(8.0), 0.0, 1.0)))
-    return angle
+def _band(away: Array, least: float) -> float:
+    """Half the width of the band about the target, from where the run starts; `away` is counted from the target."""
+    return max(BAND * float(np.linalg.norm(away[0])), least)
 
 
-def _band(values: Array, least: float) -> float:
-    """Half the width of the band about the target, the last row, from the start, the first."""
-    return max(BAND * float(np.linalg.norm(values[-1] - values[0])), least)
+def _beyond(away: Array, least: float) -> float:
+    """Overshoot [%] of the way from the first row to the target; NaN if that is shorter than `least`.
 
-
-def _beyond(values: Array, least: float) -> float:
-    """Overshoot [%] past the last row, from the first; NaN if they are closer than `least`."""
-    way = values[-1] - values[0]
-    length = float(np.linalg.norm(way))
+    What is left at the end is an error, and no overshoot: it is the peak beyond the target and beyond the last row.
+    """
+    length = float(np.linalg.norm(away[0]))
     if length < least:
         return math.nan
-    return max(100.0 * float(np.max((values[:-1] - values[-1]) @ way)) / length**2, 0.0)
+    past = -away @ away[0] / length**2
+    return 100.0 * max(float(np.max(past)) - max(float(past[-1]), 0.0), 0.0)
 
 
 def _settled(time: Array, outside: NDArray[np.bool_]) -> float:

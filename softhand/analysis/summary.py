@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softhand.numerics.rotations import turns_between
 from softhand.recording.events import Event, find_events
 from softhand.recording.recording import Recording
 
@@ -18,7 +19,7 @@ class Summary:
 
     Attributes:
         position_error: distance from the desired position at the end [mm].
-        orientation_error: largest difference of roll, pitch and yaw from the desired ones at the end [deg].
+        orientation_error: angle between the orientation and the desired one at the end [deg].
         force_error: largest difference of an internal force from the desired one at the end [N].
         friction_use: largest |f_t| / (mu f_z) of the run; above 1 a real tip would have slipped.
         friction_finger: where that was.
@@ -88,7 +89,7 @@ def summarize(recording: Recording) -> Summary:
         recording: with at least one sample.
     """
     pose = recording.object_position - recording.object_position_desired
-    turn = recording.object_rpy - recording.object_rpy_desired
+    turn = turns_between(recording.object_rpy_desired[-1:], recording.object_rpy[-1:])[0]
     force = recording.internal_force - recording.internal_force_desired
     use = recording.friction_use
     sample, contact = np.unravel_index(int(np.argmax(use)), use.shape)
@@ -102,7 +103,7 @@ def summarize(recording: Recording) -> Summary:
     wall = float(recording.attributes.get("wall_time", np.nan))
     return Summary(
         position_error=1e3 * float(np.linalg.norm(pose[-1])),
-        orientation_error=float(np.degrees(np.max(np.abs(turn[-1])))),
+        orientation_error=float(np.degrees(np.linalg.norm(turn))),
         force_error=float(np.max(np.abs(force[-1]))),
         friction_use=float(use[sample, contact]),
         friction_finger=fingers[contact],

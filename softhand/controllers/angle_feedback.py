@@ -9,7 +9,8 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import last_axis, need_fingers
-from softhand.numerics.spatial import rotation_of, turn_towards
+from softhand.numerics.rotations import rotation_vector
+from softhand.numerics.spatial import rotation_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative
 
@@ -54,7 +55,7 @@ class AngleFeedback(Controller):
         centre = observation.object_position + observation.object_rotation @ observation.object_lever
         normals, points = observation.contact_rotation[:, :, 2], observation.contact_point
         forces = observation.desired.internal_force[0] * normals - 0.5 * observation.object_mass * observation.gravity
-        missing = turn_towards(observation.object_rotation, rotation_of(observation.desired.coordinates[3:]))
+        missing = rotation_vector(observation.object_rotation, rotation_of(observation.desired.coordinates[3:]))
         M = b @ (
             self.K * missing - self.D * observation.object_twist[3:] - np.cross(points - centre, forces).sum(axis=0)
         )

@@ -9,7 +9,8 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import attraction, need_fingers, pushed, radii, strength
-from softhand.numerics.spatial import cross_matrix, rotation_of, turn_towards
+from softhand.numerics.rotations import rotation_vector
+from softhand.numerics.spatial import cross_matrix, rotation_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative
 
@@ -58,7 +59,7 @@ class Blind(Controller):
         f_d = per_newton * float(np.mean(desired.internal_force))
         forces = f_d / radii(observation).sum() * attraction(observation.tip_position)
         forces += (self.K_p * (x_d - x_v) - self.mass * observation.gravity) / count
-        moment = self.K_o * turn_towards(axes, wanted @ axes_in_object)
+        moment = self.K_o * rotation_vector(axes, wanted @ axes_in_object)
         forces[:3] += np.einsum("iab,a->ib", virtual_turning(observation.tip_position, axes), moment)
         return pushed(observation.tip_jacobian, forces) + observation.N_F - C * observation.joint_velocity, memory
 

@@ -9,7 +9,10 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.object_estimator import Estimate, ObjectEstimator
+from softhand.controllers.pose import OrientationError, euler_error, pose_error, require_regular
+from softhand.numerics.arrays import Array
 from softhand.numerics.linear import least_norm
+from softhand.numerics.spatial import turning_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain
 
@@ -23,6 +26,8 @@ class FingerOnly(Controller):
     certain. The estimate is as good as the known law, and slides away slowly where tips creep, slip or are damped.
     """
 
+    orientation_error: OrientationError = "rotation-vector"
+    """As in `regulation`."""
     torsion_compensation: bool = True
     """Whether the estimated torsion moments are compensated."""
     K_O_position: Gain = 100.0
@@ -47,19 +52,30 @@ class FingerOnly(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """(59) at the estimate."""
-        desired = observation.desired
         gains, estimator, before = memory
         now: Estimate = estimator.update(observation, before)
         K_O, K_v, K_N = gains
         K = now.kernel()
         f_N = np.empty(K.shape[1])
         least_norm(K, False, observation.f_C, f_N)
-        wrench = estimator.weight(now.q_O) - K_O * (now.q_O - desired.coordinates)
-        tau = observation.N_F - K_v * observation.joint_velocity
+        wrench = estimator.weight(now.rotation) - self._pull(observation, now, K_O)
+        tau = observation.gravity_torque - K_v * observation.joint_velocity
         if self.torsion_compensation:
-            wrench -= now.J_O_tau.T @ now.tau_C
+            wrench -= now.torsion_rows.T @ now.tau_C
             tau += now.J_CF_tau.T @ now.tau_C
         f_C = np.empty(observation.f_C.shape)
-        least_norm(now.J_O_f, True, wrench, f_C)
-        f_C += K @ (f_N - K_N * (f_N - desired.internal_force))
+        least_norm(now.force_rows, True, wrench, f_C)
+        f_C += K @ (f_N - K_N * (f_N - observation.internal_force_desired))
         return tau + now.J_CF_f.T @ f_C, (gains, estimator, now)
+
+    def _pull(self, observation: Observation, now: Estimate, K_O: Array) -> Array:
+        """K_O e at the estimate, as a wrench about the origin of the object, world axes, shape (6,)."""
+        desired, error, axes = observation.object_coordinates_desired, np.empty(6), np.eye(6)
+        if self.orientation_error == "euler":
+            require_regular("FingerOnly", observation.time, now.q_O[4], desired[4])
+            euler_error(now.q_O, desired, error)
+            axes[3:, 3:] = turning_of(now.q_O[3:])
+        else:
+            pose_error(now.position, now.rotation, desired, error)
+            axes[3:, 3:] = now.rotation
+        return np.asarray(np.linalg.solve(axes.T, K_O * error))

@@ -11,7 +11,8 @@ from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
-from softhand.numerics.spatial import carried, cross_matrix, rotation_of, turning_of
+from softhand.numerics.rotations import set_rpy, turn_rotation
+from softhand.numerics.spatial import carried, cross_matrix
 from softhand.sensing.observation import Observation
 
 _STEP = 1e-6  # of the radius, or rad: of the slope of a law
@@ -25,7 +26,8 @@ class Estimate:
     """The grasp as the joints and the contact forces tell it, at one sample.
 
     Attributes:
-        q_O: position [m], roll, pitch, yaw [rad] of the object, shape (6,).
+        position: of the origin of the object frame [m], shape (3,).
+        rotation: axes of the object frame as columns, shape (3, 3).
         q_F: joint angles [rad], shape (n,).
         deformation: dr [m], dtheta, dphi, dpsi [rad] or dr, s1, s2 [m], psi [rad], by the law, shape (nc, 4).
         tau_C: torsion moments on the object [N m], shape (nc,).
@@ -37,11 +39,12 @@ class Estimate:
         levers: what J_delta has beside ones: R cosPhi, R, sinPhi by (37), or 1, 1, 0 in surface coordinates, (nc, 3).
         J_CF_f: as in `Observation`, shape (3 nc, n).
         J_CF_tau: as in `Observation`, shape (nc, n).
-        J_O_f: as in `Observation`, shape (3 nc, 6).
-        J_O_tau: as in `Observation`, shape (nc, 6).
+        force_rows: `object_force_jacobian` of an observation, shape (3 nc, 6).
+        torsion_rows: `object_torsion_jacobian`, shape (nc, 6).
     """
 
-    q_O: Array
+    position: Array
+    rotation: Array
     q_F: Array
     deformation: Array
     tau_C: Array
@@ -53,8 +56,21 @@ class Estimate:
     levers: Array
     J_CF_f: Array
     J_CF_tau: Array
-    J_O_f: Array
-    J_O_tau: Array
+    force_rows: Array
+    torsion_rows: Array
+
+    @property
+    def q_O(self) -> Array:
+        """Position [m], roll, pitch, yaw [rad] of the object, shape (6,)."""
+        coordinates = np.concatenate([self.position, np.zeros(3)])
+        set_rpy(self.rotation, coordinates[3:])
+        return coordinates
+
+    def moved(self, motion: Array) -> tuple[Array, Array]:
+        """Position and rotation after a small displacement and rotation vector, world axes, shape (6,)."""
+        rotation = np.empty((3, 3))
+        turn_rotation(motion[3], motion[4], motion[5], self.rotation, rotation)
+        return self.position + motion[:3], rotation
 
     def kernel(self) -> Array:
         """K of (58), shape (3 nc, np)."""
@@ -104,11 +120,12 @@ class ObjectEstimator:
 
     The force rows of (43) give the motion between two samples,
 
-        J_O^f dq_O = J_CF^f dq_F - J_delta^f d(dr, dtheta, dphi),        (dr, s1, s2) in surface coordinates
+        G^fT dx_O = J_CF^f dq_F - J_delta^f d(dr, dtheta, dphi),        (dr, s1, s2) in surface coordinates
 
+    dx_O the displacement and the rotation vector of the object, by
     least squares, with Jacobians of the middle. The deformation is the one that the law answers with f_C: (48) solved
     with dpsi, which the fourth row of (43) gives. Then dr = dr(f_z) has to agree with n . (x_i - p_O) - d = r - dr at
-    each tip: the shortest change of q_O that makes it so takes the drift of these distances away. What tips that face
+    each tip: the shortest motion that makes it so takes the drift of these distances away. What tips that face
     each other disagree on, as they do where the law is known badly, is left alone. Motion along the faces is integrated
     only.
 
@@ -142,12 +159,12 @@ class ObjectEstimator:
 
     def start(self, observation: Observation) -> Estimate:
         """The estimate at the start, where the pose of the object and the deformation are known."""
-        return self._at(_Hand(observation), observation.q_O.copy(), observation.deformation.copy())
+        place = observation.object_position.copy(), observation.object_rotation.copy()
+        return self._at(_Hand(observation), place, observation.deformation.copy())
 
-    def weight(self, q_O: Array) -> Array:
-        """N_O, the gravity terms of the object in the coordinates q_O, shape (6,)."""
-        moment = cross_matrix(rotation_of(q_O[3:]) @ self._lever) @ self._weight
-        return np.concatenate([self._weight, turning_of(q_O[3:]).T @ moment])
+    def weight(self, rotation: Array) -> Array:
+        """The wrench about the origin that holds the object, world axes [N, N m], shape (6,)."""
+        return np.concatenate([self._weight, cross_matrix(rotation @ self._lever) @ self._weight])
 
     def update(self, observation: Observation, before: Estimate) -> Estimate:
         """The estimate at a sample from that of the one before.
@@ -160,18 +177,18 @@ class ObjectEstimator:
         dq_F, turned = hand.q_F - before.q_F, np.zeros(len(self._tips))
         for _ in range(2):  # the middle is known only after a first go
             deformation = self._deformation(observation.f_C, turned, now, before)
-            dq_O = self._motion(dq_F, deformation - before.deformation, now, before)
-            now = self._at(hand, before.q_O + dq_O, deformation)
-            turned = self._turned(dq_F, dq_O, now, before)
+            motion = self._motion(dq_F, deformation - before.deformation, now, before)
+            now = self._at(hand, before.moved(motion), deformation)
+            turned = self._turned(dq_F, motion, now, before)
             deformation[:, 3] = _torsion(deformation, turned, now, before)
         return self._at(hand, self._corrected(now), deformation)
 
-    def _at(self, hand: _Hand, q_O: Array, deformation: Array) -> Estimate:
+    def _at(self, hand: _Hand, place: tuple[Array, Array], deformation: Array) -> Estimate:
         """Contact frames and Jacobians where the object is thought to be, (13), (14), (16) for plane faces."""
-        rotation, turning = rotation_of(q_O[3:]), turning_of(q_O[3:])
+        position, rotation = place
         tips, tip_axes, spin = hand.tips, hand.axes, hand.spin
         normal = -self._normals @ rotation.T
-        distance = -np.einsum("ib,ib->i", normal, tips - q_O[:3]) - self._offsets
+        distance = -np.einsum("ib,ib->i", normal, tips - position) - self._offsets
         arm = distance[:, None] * normal
         sin_Phi, across, along = np.einsum("iba,ib->ai", tip_axes, normal)  # z_C in F
         cos_Phi, Phi, Theta = np.hypot(across, along), np.arcsin(np.clip(sin_Phi, -1.0, 1.0)), np.arctan2(along, across)
@@ -181,10 +198,11 @@ class ObjectEstimator:
         lean = np.einsum("ib,iba->ia", tip_axes[:, :, 0], axes)[:, :2]
         levers = np.where(self._is_surface, (1.0, 1.0, 0.0), np.column_stack([distance * cos_Phi, distance, sin_Phi]))
         into_contact = axes.transpose(0, 2, 1)
-        moved = into_contact @ cross_matrix(tips + arm - q_O[:3])
+        moved = into_contact @ cross_matrix(tips + arm - position)
         count, n = len(tips), spin.shape[2]
         return Estimate(
-            q_O=q_O,
+            position=position,
+            rotation=rotation,
             q_F=hand.q_F,
             deformation=deformation,
             tau_C=self._forces(deformation, Phi, lean)[:, 3],
@@ -196,8 +214,8 @@ class ObjectEstimator:
             levers=levers,
             J_CF_f=(into_contact @ carried(hand.velocity, spin, arm)).reshape(3 * count, n),
             J_CF_tau=np.einsum("ib,ibk->ik", normal, spin),
-            J_O_f=np.concatenate([into_contact, -moved @ turning], axis=2).reshape(3 * count, 6),
-            J_O_tau=np.hstack([np.zeros((count, 3)), normal @ turning]),
+            force_rows=np.concatenate([into_contact, -moved], axis=2).reshape(3 * count, 6),
+            torsion_rows=np.hstack([np.zeros((count, 3)), normal]),
         )
 
     def _forces(self, deformation: Array, Phi: Array, lean: Array) -> Array:
@@ -229,25 +247,25 @@ class ObjectEstimator:
         return found
 
     def _motion(self, dq_F: Array, change: Array, now: Estimate, before: Estimate) -> Array:
-        """dq_O from the force rows of (43), Jacobians of the middle, shape (6,)."""
-        J_O, J_CF = 0.5 * (now.J_O_f + before.J_O_f), 0.5 * (now.J_CF_f + before.J_CF_f)
+        """dx_O from the force rows of (43), Jacobians of the middle, shape (6,)."""
+        J_O, J_CF = 0.5 * (now.force_rows + before.force_rows), 0.5 * (now.J_CF_f + before.J_CF_f)
         J_delta = 0.5 * (now.deformation_rows() + before.deformation_rows())
         moved = J_CF @ dq_F - J_delta @ change[:, :3].ravel()
         scaled: Array = np.linalg.lstsq(J_O * self._size, moved, rcond=_MOVING)[0]
         return scaled * self._size
 
-    def _turned(self, dq_F: Array, dq_O: Array, now: Estimate, before: Estimate) -> Array:
+    def _turned(self, dq_F: Array, motion: Array, now: Estimate, before: Estimate) -> Array:
         """Angle w_z dt by which each tip has turned on the object, from the moment rows of (43) [rad], shape (nc,)."""
-        J_CF, J_O = 0.5 * (now.J_CF_tau + before.J_CF_tau), 0.5 * (now.J_O_tau + before.J_O_tau)
-        turned: Array = J_CF @ dq_F - J_O @ dq_O
+        J_CF, J_O = 0.5 * (now.J_CF_tau + before.J_CF_tau), 0.5 * (now.torsion_rows + before.torsion_rows)
+        turned: Array = J_CF @ dq_F - J_O @ motion
         return turned
 
-    def _corrected(self, now: Estimate) -> Array:
-        """q_O changed as little as makes the distances of the tips those of the forces, r - dr(f_z), shape (6,)."""
+    def _corrected(self, now: Estimate) -> tuple[Array, Array]:
+        """The pose changed as little as makes the distances of the tips those of the forces, r - dr(f_z)."""
         gap = now.distance - (self._radii - now.deformation[:, 0])
-        along_normal = now.J_O_f[2::3] * self._size
+        along_normal = now.force_rows[2::3] * self._size
         scaled: Array = np.linalg.lstsq(along_normal, gap, rcond=_CERTAIN)[0]
-        return now.q_O - scaled * self._size
+        return now.moved(-scaled * self._size)
 
 
 def _torsion(deformation: Array, turned: Array, now: Estimate, before: Estimate) -> Array:

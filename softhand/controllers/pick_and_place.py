@@ -9,6 +9,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
+from softhand.controllers.pose import OrientationError
 from softhand.controllers.regulation import Regulation
 from softhand.controllers.tips import pushed, radii
 from softhand.errors import ControllerError
@@ -41,6 +42,8 @@ class PickAndPlace(Controller):
     """Longest time that a tip may be without touch while the object is held [s]."""
     lost: Positive = 0.015
     """Distance of the object from its desired position at which it is given up [m]."""
+    orientation_error: OrientationError = "rotation-vector"
+    """As in `regulation`."""
     torsion_compensation: bool = True
     """Whether the measured torsion moments are compensated."""
     K_O_position: Gain = 100.0

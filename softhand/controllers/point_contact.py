@@ -10,7 +10,8 @@ from softhand.contact.pairs import contact_pairs
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.numerics.linear import least_norm
-from softhand.numerics.spatial import carried, cross_matrix, rotation_of, turn_towards
+from softhand.numerics.rotations import rotation_vector
+from softhand.numerics.spatial import carried, cross_matrix, rotation_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative
 
@@ -21,7 +22,7 @@ class PointContact(Controller):
     The contacts are taken to lie at x_i + r z_C,i, the whole radius before the tip centre. There, J_f and J_tau map
     q_F' to velocity and spin of the tips and G_f, G_tau map forces and torsion moments to the object's wrench:
 
-        F_d = W + (K_p (p_d - p_O) - D_p v, K_r 1/2 sum r_k x r_dk - D_r w)
+        F_d = W + (K_p (p_d - p_O) - D_p v, K_r log(R_d R^T) - D_r w)
         f_d = G_f^+ (F_d - G_tau tau_C) + N f_Nd
         tau = J_f^T f_d + J_tau^T tau_C + N_F - K_v q_F'
 
@@ -76,7 +77,7 @@ class PointContact(Controller):
             cross_matrix(observation.object_rotation @ observation.object_lever) @ weight
             - self.D_orientation * twist[3:]
         )
-        moment += self.K_orientation * turn_towards(observation.object_rotation, rotation_of(desired[3:]))
+        moment += self.K_orientation * rotation_vector(observation.object_rotation, rotation_of(desired[3:]))
         return np.concatenate([force, moment])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
+from softhand.controllers.pose import OrientationError, euler_error, pose_error, require_regular
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
@@ -23,7 +24,10 @@ class Regulation(Controller):
         tau = J_CF^fT { (J_O^fT)^+ [N_O - K_O (q_O - q_Od) - J_O^tauT tau_C] + K [f_N - K_N (f_N - f_Nd)] }
               - K_v q_F' + N_F + J_CF^tauT tau_C
 
-    Without compensation both terms of tau_C are dropped. A gain is a number or a list of its diagonal.
+    With `orientation_error = "euler"` that is the law as it stands. By default q_O - q_Od is the position and the
+    rotation vector from the desired orientation, in axes of the object, and J_O, N_O go with them: the same near the
+    target, and at every attitude. Without compensation both terms of tau_C are dropped. A gain is a number or a list of
+    its diagonal.
 
     A hand with more joints than its contact forces need can move without moving a contact point: J_CF^f q_F' = 0. (59)
     only damps that motion. With K_posture, ours, it is drawn to the joint angles of the start, by
@@ -34,12 +38,14 @@ class Regulation(Controller):
     is zero.
     """
 
+    orientation_error: OrientationError = "rotation-vector"
+    """`rotation-vector`, the same at every attitude; or `euler`, q_O - q_Od of roll, pitch, yaw as the paper has it."""
     torsion_compensation: bool = True
     """Whether the measured torsion moments are compensated."""
     K_O_position: Gain = 100.0
     """Stiffness of the position [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
-    """Stiffness of roll, pitch, yaw [N m/rad], one number or three."""
+    """Stiffness of the orientation [N m/rad], one number, or three: about axes of the object, or roll, pitch, yaw."""
     K_v: Gain = 0.005
     """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5
@@ -57,10 +63,15 @@ class Regulation(Controller):
             diagonal("K_posture", self.K_posture, n),
             observation.joint_position.copy(),
         )
-        return Bound(n, regulation, Reads, gains, self.torsion_compensation)
+        is_euler = self.orientation_error == "euler"
+        names = _COORDINATES if is_euler else _TWIST
+        return Bound(n, regulation, Reads, gains, is_euler, self.torsion_compensation, **names)
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
+        if self.orientation_error == "euler":
+            pitches = observation.object_rpy[1], observation.object_rpy_desired[1]
+            require_regular("Regulation", observation.time, *pitches)
         return memory(observation), memory
 
 
@@ -72,7 +83,8 @@ class Reads(NamedTuple):
     gravity_torque: Array
     object_coordinates: Array
     object_coordinates_desired: Array
-    N_O: Array
+    object_rotation: Array
+    weight: Array
     carried_desired: Array
     contact_force: Array
     internal_force: Array
@@ -80,8 +92,13 @@ class Reads(NamedTuple):
     internal_force_basis: Array
     hand_force_jacobian: Array
     hand_torsion_jacobian: Array
-    J_O_f: Array
-    J_O_tau: Array
+    force_rows: Array
+    torsion_rows: Array
+
+
+_COORDINATES = {"weight": "N_O", "force_rows": "J_O_f", "torsion_rows": "J_O_tau"}
+_TWIST = {"weight": "object_gravity", "force_rows": "object_force_jacobian", "torsion_rows": "object_torsion_jacobian"}
+"""What `Reads` has by coordinates of the object or by its twist."""
 
 
 class Gains(NamedTuple):
@@ -100,19 +117,20 @@ class Gains(NamedTuple):
 
 
 @compiled
-def regulation(observed, gains, compensate, tau):
+def regulation(observed, gains, is_euler, compensate, tau):
     """tau of (59), shape (n,), from the fields of an observation; N_O by the share that the fingers shall carry."""
     n, pairs, nc = tau.shape[0], observed.internal_force.shape[0], observed.contact_force.shape[0]
-    wrench, f_C = np.empty(6), np.empty(3 * nc)
-    # N_O - K_O (q_O - q_Od) - J_O^tauT tau_C
-    carried, q_O, q_Od = observed.carried_desired[0], observed.object_coordinates, observed.object_coordinates_desired
+    pull, wrench, f_C = np.empty(6), np.empty(6), np.empty(3 * nc)
+    # N_O - K_O e - J_O^tauT tau_C, e the pose error; by the coordinates q_O or, in world axes, by the twist
+    _pull(observed, gains.K_O, is_euler, pull)
+    carried = observed.carried_desired[0]
     for k in range(6):
-        wrench[k] = carried * observed.N_O[k] - gains.K_O[k] * (q_O[k] - q_Od[k])
+        wrench[k] = carried * observed.weight[k] - pull[k]
         if compensate:
             for i in range(nc):
-                wrench[k] -= observed.J_O_tau[i, k] * observed.contact_force[i, 3]
+                wrench[k] -= observed.torsion_rows[i, k] * observed.contact_force[i, 3]
     # f_C = (J_O^fT)^+ wrench + K [f_N - K_N (f_N - f_Nd)]
-    least_norm(observed.J_O_f, True, wrench, f_C)
+    least_norm(observed.force_rows, True, wrench, f_C)
     f_N, f_Nd = observed.internal_force, observed.internal_force_desired
     for k in range(pairs):
         internal = f_N[k] - gains.K_N[k] * (f_N[k] - f_Nd[k])
@@ -132,6 +150,22 @@ def regulation(observed, gains, compensate, tau):
                 tau[j] += observed.hand_torsion_jacobian[i, j] * observed.contact_force[i, 3]
     if has_posture:
         _add_posture(observed.hand_force_jacobian, gains.K_posture, gains.posture, observed.joint_position, tau)
+
+
+@compiled
+def _pull(observed, K_O, is_euler, pull):
+    """K_O e as a generalized force of q_O, or as a wrench in world axes, shape (6,)."""
+    error, R = np.empty(6), observed.object_rotation
+    if is_euler:
+        euler_error(observed.object_coordinates, observed.object_coordinates_desired, error)
+    else:
+        pose_error(observed.object_coordinates, R, observed.object_coordinates_desired, error)
+    for k in range(6):
+        error[k] *= K_O[k]
+        pull[k] = error[k]
+    if not is_euler:
+        for k in range(3):
+            pull[3 + k] = R[k, 0] * error[3] + R[k, 1] * error[4] + R[k, 2] * error[5]
 
 
 @compiled

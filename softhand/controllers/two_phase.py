@@ -9,7 +9,8 @@ import numpy as np
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
 from softhand.controllers.tips import last_axis, need_fingers
-from softhand.numerics.spatial import rotation_of, turn_towards
+from softhand.numerics.rotations import rotation_vector
+from softhand.numerics.spatial import rotation_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative
 
@@ -57,7 +58,7 @@ class TwoPhase(Controller):
         """The law of the class."""
         gains, q_bias, b, way, integral, before = memory
         K_q, K_d = gains
-        e = float(b @ turn_towards(observation.object_rotation, rotation_of(observation.desired.coordinates[3:])))
+        e = float(b @ rotation_vector(observation.object_rotation, rotation_of(observation.desired.coordinates[3:])))
         integral += e * (observation.time - before)
         q_d = q_bias + way * (self.K_P * e + self.K_I * integral)
         u = K_q * (q_d - observation.joint_position) - K_d * observation.joint_velocity

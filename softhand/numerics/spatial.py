@@ -37,18 +37,6 @@ def cross_matrix(v: NDArray[np.float64]) -> NDArray[np.float64]:
     return matrix
 
 
-def turn_towards(rotation: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Half the sum of r_k x r_dk over the axes: the way to turn from one rotation to another, shape (3,).
-
-    Along the axis of the turn, world axes, sin(angle) long: close to the rotation vector [rad] for small angles.
-
-    Args:
-        rotation: axes r_k as columns, shape (3, 3).
-        wanted: axes r_dk as columns, shape (3, 3).
-    """
-    return 0.5 * np.einsum("kab,kb->a", cross_matrix(rotation.T), wanted.T)
-
-
 def upright(gravity: ArrayLike) -> NDArray[np.float64]:
     """The shortest turn that brings gravity to -z, about x if it points along z; the identity without gravity."""
     strength = float(np.linalg.norm(np.asarray(gravity, dtype=float)))

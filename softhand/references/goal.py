@@ -19,6 +19,8 @@ class Desired:
         coordinates_rate: its rate, shape (6,).
         coordinates_acceleration: its second derivative, shape (6,).
         internal_force: f_Nd [N], shape (pairs,).
+        twist: velocity of the object's origin [m/s] and angular velocity [rad/s], world axes, shape (6,).
+        twist_rate: its rate, shape (6,).
         opening: how far the tips shall stand off their contact points [m], below 0 to press; shape (1,).
         carried: share of the object's weight that the fingers shall carry, 0 while a table does; shape (1,).
     """
@@ -27,6 +29,8 @@ class Desired:
     coordinates_rate: Array
     coordinates_acceleration: Array
     internal_force: Array
+    twist: Array = field(default_factory=lambda: np.zeros(6))
+    twist_rate: Array = field(default_factory=lambda: np.zeros(6))
     opening: Array = field(default_factory=lambda: np.zeros(1))
     carried: Array = field(default_factory=lambda: np.ones(1))
 

@@ -8,7 +8,9 @@ from functools import partial
 import numpy as np
 
 from softhand.numerics.arrays import Array
+from softhand.numerics.prepared import prepared
 from softhand.references.goal import Desired, Goal
+from softhand.references.legs import Legs
 from softhand.references.sampled import sample
 from softhand.settings.settings import Settings
 
@@ -44,8 +46,8 @@ class Reference(Settings):
         Raises:
             ScenarioError: `at` raises, or what it returns cannot be asked for.
         """
-        now = np.zeros((3, len(start.row())))
-        return Motion(now, sample(type(self).__name__, partial(self.at, start=start), now))
+        now, twist = np.zeros((3, len(start.row()))), np.zeros((2, 6))
+        return Motion(now, twist, sample(type(self).__name__, partial(self.at, start=start), now, twist))
 
 
 class Motion:
@@ -60,14 +62,24 @@ class Motion:
     def __init__(
         self,
         now: Array,
+        twist: Array,
         move: Callable[[float], None],
         phases: tuple[tuple[str, float], ...] = (),
         stops: tuple[float, ...] = (),
     ) -> None:
-        """`move` fills `now` for a time [s]: values, rates, accelerations, each in the order of `Goal.row`."""
+        """From two arrays and what fills them for a time [s].
+
+        Args:
+            now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 8 + pairs).
+            twist: of the object, world axes, and its rate, shape (2, 6).
+            move: fills both.
+            phases: as the attribute.
+            stops: as the attribute.
+        """
         self.phases, self.stops, self._move = phases, stops, move
         pose, rate, acceleration = now[:, :6]
-        self.desired = Desired(pose, rate, acceleration, now[0, 6:-2], now[0, -2:-1], now[0, -1:])
+        force, opening, carried = now[0, 6:-2], now[0, -2:-1], now[0, -1:]
+        self.desired = Desired(pose, rate, acceleration, force, twist[0], twist[1], opening, carried)
 
     def update(self, time: float) -> Desired:
         """Set `desired` for a time [s].
@@ -79,8 +91,19 @@ class Motion:
         return self.desired
 
 
+def motion_along(
+    legs: Legs,
+    move: Callable[..., None],
+    phases: tuple[tuple[str, float], ...] = (),
+    stops: tuple[float, ...] = (),
+) -> Motion:
+    """The motion along legs by a compiled function (legs, now, twist, time)."""
+    now, twist = np.zeros((3, legs.rows.shape[1])), np.zeros((2, 6))
+    return Motion(now, twist, prepared(move, legs, now, twist, varying=(0.0,)), phases, stops)
+
+
 def resting(goal: Goal) -> Motion:
     """What asks for the same at all times."""
     now = np.zeros((3, len(goal.row())))
     now[0] = goal.row()
-    return Motion(now, lambda time: None, stops=(0.0,))
+    return Motion(now, np.zeros((2, 6)), lambda time: None, stops=(0.0,))

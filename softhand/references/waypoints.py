@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import numpy as np
 from pydantic import Field
 
 from softhand.numerics.compiled import compiled
-from softhand.numerics.prepared import prepared
 from softhand.references.goal import Goal
-from softhand.references.reference import Motion, Reference
+from softhand.references.legs import OrientationPath, legs_between
+from softhand.references.reference import Motion, Reference, motion_along
 from softhand.references.straight import minimum_jerk
 from softhand.references.waypoint import Waypoint, passed
 
 
 @compiled
-def _pass_waypoints(times, rows, changes, now, time):
+def _pass_waypoints(legs, now, twist, time):
     leg = 0
-    while leg < changes.shape[0] - 1 and time >= times[leg + 1]:
+    while leg < legs.rows.shape[0] - 1 and time >= legs.times[leg + 1]:
         leg += 1
-    minimum_jerk(times[leg + 1] - times[leg], rows[leg], changes[leg], now, time - times[leg])
+    minimum_jerk(legs, leg, now, twist, time)
 
 
 class Waypoints(Reference):
@@ -28,16 +27,16 @@ class Waypoints(Reference):
 
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)]
     """Waypoints, in the order of time."""
+    orientation_path: OrientationPath = "geodesic"
+    """`geodesic`: about one axis; `euler`: roll, pitch and yaw one by one."""
 
     def start(self, start: Goal) -> Motion:
         """The motion; its phases are the legs that have a name."""
-        rows = np.array([goal.row() for goal in passed(start, self.waypoints)])
-        times = np.cumsum([0.0, *(point.duration for point in self.waypoints)])
-        now = np.zeros((3, rows.shape[1]))
+        durations = [point.duration for point in self.waypoints]
+        legs = legs_between(passed(start, self.waypoints), durations, self.orientation_path)
         phases = tuple(
             (point.phase, round(float(begin), 9))
-            for point, begin in zip(self.waypoints, times, strict=False)
+            for point, begin in zip(self.waypoints, legs.times, strict=False)
             if point.phase
         )
-        move = prepared(_pass_waypoints, times, rows[:-1].copy(), np.diff(rows, axis=0), now, varying=(0.0,))
-        return Motion(now, move, phases, tuple(map(float, times[1:])))
+        return motion_along(legs, _pass_waypoints, phases, tuple(map(float, legs.times[1:])))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import model_validator
 
 from softhand.errors import ScenarioError
+from softhand.references.legs import OrientationPath
 from softhand.references.waypoint import Waypoint
 from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
@@ -46,6 +47,8 @@ class ReferenceSection(OpenSettings):
     """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints`."""
     waypoints: tuple[Waypoint, ...] = ()
     """Waypoints, one after the other."""
+    orientation_path: OrientationPath | None = None
+    """Way of the orientation: `geodesic`, about one axis, if not given; `euler`, roll, pitch and yaw one by one."""
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> ReferenceSection:

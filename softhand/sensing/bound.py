@@ -25,10 +25,12 @@ class Bound:
         kernel: made by `compiled`; `observed` is a `reads`, `out` is set.
         reads: NamedTuple with the names of the fields that the kernel reads.
         settings: what comes between, the same at each call.
+        renamed: names in `reads` that stand for fields of other names.
     """
 
-    def __init__(self, size: int, kernel: Callable[..., Any], reads: type[Any], *settings: Any) -> None:
+    def __init__(self, size: int, kernel: Callable[..., Any], reads: type[Any], *settings: Any, **renamed: str) -> None:
         self._size, self._kernel, self._reads, self._settings = size, kernel, reads, settings
+        self._renamed = renamed
         self._block: Array | None = None
 
     def __call__(self, observation: Observation) -> Array:
@@ -36,7 +38,7 @@ class Bound:
         out = np.empty(self._size)
         if observation.block is not self._block:
             self._block = observation.block
-            observed = pick(self._reads, observation.fields)
+            observed = pick(self._reads, observation.fields, **self._renamed)
             self._call = prepared(self._kernel, observed, *self._settings, varying=(out,))
         self._call(out)
         return out
@@ -44,8 +46,9 @@ class Bound:
     def __getstate__(self) -> dict[str, Any]:
         kernel = self._kernel.py_func  # type: ignore[attr-defined]
         name = kernel.__module__, kernel.__qualname__
-        return {"size": self._size, "kernel": name, "settings": (self._reads, *self._settings)}
+        return {"kernel": name, "size": self._size, "settings": (self._reads, *self._settings), **self._renamed}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        module, name = state["kernel"]
-        self.__init__(state["size"], getattr(import_module(module), name), *state["settings"])  # type: ignore[misc]
+        module, name = state.pop("kernel")
+        size, settings = state.pop("size"), state.pop("settings")
+        self.__init__(size, getattr(import_module(module), name), *settings, **state)  # type: ignore[misc]

@@ -8,6 +8,7 @@ from softhand.contact.friction import limit_surface_use, spin_length
 from softhand.contact.kinematics import contact_coordinates
 from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.compiled import compiled
+from softhand.numerics.rotations import set_rpy
 
 
 @compiled
@@ -29,6 +30,8 @@ def copy_desired(desired, asked):
         asked.object_coordinates_desired[k] = desired.coordinates[k]
         asked.object_coordinates_rate_desired[k] = desired.coordinates_rate[k]
         asked.object_coordinates_acceleration_desired[k] = desired.coordinates_acceleration[k]
+        asked.object_twist_desired[k] = desired.twist[k]
+        asked.object_twist_rate_desired[k] = desired.twist_rate[k]
     for k in range(desired.internal_force.shape[0]):
         asked.internal_force_desired[k] = desired.internal_force[k]
     asked.opening_desired[0], asked.carried_desired[0] = desired.opening[0], desired.carried[0]
@@ -42,10 +45,7 @@ def describe_object(pose, v, gravity, object_):
         q_O[row] = pose[9 + row]
         for k in range(3):
             rotation[row, k] = pose[3 * k + row]
-    q_O[3] = math.atan2(rotation[2, 1], rotation[2, 2])
-    cos_pitch = math.hypot(rotation[0, 0], rotation[1, 0])
-    q_O[4] = math.atan2(-rotation[2, 0], cos_pitch)
-    q_O[5] = math.atan2(rotation[1, 0], rotation[0, 0])
+    set_rpy(rotation, q_O[3:6])
     # angular velocity = roll' x'' + pitch' y' + yaw' z
     cos_yaw, sin_yaw = math.cos(q_O[5]), math.sin(q_O[5])
     for k in range(3):

@@ -67,6 +67,8 @@ RECORDED = {
 FIELDS = RECORDED | {
     "object_coordinates_rate_desired": "6",
     "object_coordinates_acceleration_desired": "6",
+    "object_twist_desired": "6",
+    "object_twist_rate_desired": "6",
     "opening_desired": "1",
     "carried_desired": "1",
     "configuration": "nq",
@@ -126,9 +128,15 @@ def fields(block: Array, sizes: Sizes) -> Any:
     return Fields(**views)
 
 
-def pick(record: type[Any], views: Any) -> Any:
-    """Some of the fields, as a record for a kernel: one argument each is cheap, all of them are not."""
-    return record(*(getattr(views, name) for name in record._fields))
+def pick(record: type[Any], views: Any, **renamed: str) -> Any:
+    """Some of the fields, as a record for a kernel: one argument each is cheap, all of them are not.
+
+    Args:
+        record: NamedTuple with their names.
+        views: all fields.
+        renamed: names of the record that stand for fields of other names.
+    """
+    return record(*(getattr(views, renamed.get(name, name)) for name in record._fields))
 
 
 def beginnings(sizes: Sizes) -> dict[str, int]:

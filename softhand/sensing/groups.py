@@ -91,6 +91,8 @@ class Asked(NamedTuple):
     object_coordinates_desired: Array
     object_coordinates_rate_desired: Array
     object_coordinates_acceleration_desired: Array
+    object_twist_desired: Array
+    object_twist_rate_desired: Array
     internal_force_desired: Array
     opening_desired: Array
     carried_desired: Array

@@ -8,6 +8,7 @@ import numpy as np
 
 from softhand.contact.pads import Fingertip
 from softhand.numerics.arrays import Array
+from softhand.numerics.rotations import rates_to_turning
 from softhand.numerics.spatial import cross_matrix
 from softhand.references.reference import Desired
 from softhand.sensing.fields import FIELDS, SPANS, fields
@@ -129,6 +130,10 @@ class Observation:
     """q_Od', shape (6,)."""
     object_coordinates_acceleration_desired: Array
     """q_Od'', shape (6,)."""
+    object_twist_desired: Array
+    """Desired `object_twist`, shape (6,)."""
+    object_twist_rate_desired: Array
+    """Its rate [m/s^2, rad/s^2], shape (6,)."""
     internal_force_desired: Array
     """f_Nd [N], shape (np,)."""
     opening_desired: Array
@@ -147,6 +152,8 @@ class Observation:
             self.object_coordinates_rate_desired,
             self.object_coordinates_acceleration_desired,
             self.internal_force_desired,
+            self.object_twist_desired,
+            self.object_twist_rate_desired,
             self.opening_desired,
             self.carried_desired,
         )
@@ -193,6 +200,7 @@ class Observation:
         self.object_coordinates_rate_desired = desired.coordinates_rate
         self.object_coordinates_acceleration_desired = desired.coordinates_acceleration
         self.internal_force_desired = desired.internal_force
+        self.object_twist_desired, self.object_twist_rate_desired = desired.twist, desired.twist_rate
         self.opening_desired, self.carried_desired = desired.opening, desired.carried
 
     def __getattr__(self, name: str) -> Any:
@@ -272,9 +280,14 @@ class Observation:
 
     @property
     def object_mass_matrix(self) -> Array:
-        """M_O, mass matrix of the object in the coordinates q_O, shape (6, 6)."""
-        n = self.known.sizes.n
-        return self._to_body.T @ self.known.rigid.mass_matrix(self.configuration)[n:, n:] @ self._to_body
+        """Mass matrix of the object for `object_twist`, shape (6, 6)."""
+        n, to_body = self.known.sizes.n, self._to_body
+        return to_body.T @ self.known.rigid.mass_matrix(self.configuration)[n:, n:] @ to_body
+
+    @property
+    def M_O(self) -> Array:
+        """Mass matrix of the object in the coordinates q_O, T_O^T object_mass_matrix T_O, shape (6, 6)."""
+        return self.coordinate_map.T @ self.object_mass_matrix @ self.coordinate_map
 
     @property
     def hand_velocity_terms(self) -> Array:
@@ -283,17 +296,24 @@ class Observation:
 
     @property
     def object_velocity_terms(self) -> Array:
+        """Coriolis and centrifugal terms for `object_twist`: wrench = object_mass_matrix twist' + these, shape (6,)."""
+        n, to_body = self.known.sizes.n, self._to_body
+        # R^T (v' - w x v) is the acceleration of the body's own velocity
+        spun = np.concatenate([cross_matrix(self.object_twist[3:]) @ self.object_twist[:3], np.zeros(3)])
+        return to_body.T @ self._velocity_terms()[n:] - self.object_mass_matrix @ spun
+
+    @property
+    def velocity_terms_O(self) -> Array:
         """Coriolis and centrifugal terms of the object in the coordinates q_O, C_O q_O', shape (6,)."""
-        n, R = self.known.sizes.n, self.object_rotation
-        velocity, turning = self.object_twist[:3], self.object_twist[3:]
-        roll_rate, pitch_rate, yaw_rate = self.object_coordinates_rate[3:]
-        roll_axis, pitch_axis, yaw_axis = self.coordinate_map[3:, 3:].T
-        # acceleration of the body's own velocity where q_O'' = 0
-        tilting = pitch_rate * yaw_rate * cross_matrix(yaw_axis) @ pitch_axis
-        tilting += roll_rate * cross_matrix(yaw_rate * yaw_axis + pitch_rate * pitch_axis) @ roll_axis
-        bias = np.concatenate([-R.T @ cross_matrix(turning) @ velocity, R.T @ tilting])
-        M_body = self.known.rigid.mass_matrix(self.configuration)[n:, n:]
-        return self._to_body.T @ (M_body @ bias + self._velocity_terms()[n:])
+        terms = self.object_velocity_terms + self.object_mass_matrix @ self.coordinate_map_rate_of_coordinates
+        return self.coordinate_map.T @ terms
+
+    @property
+    def coordinate_map_rate_of_coordinates(self) -> Array:
+        """T_O' q_O': the rate of `object_twist` while q_O' stays as it is, shape (6,)."""
+        turning = np.zeros(6)
+        rates_to_turning(self.object_rpy, self.object_coordinates_rate[3:], np.zeros(3), np.empty(3), turning[3:])
+        return turning
 
     def _velocity_terms(self) -> Array:
         R, twist = self.object_rotation, self.object_twist
@@ -302,10 +322,10 @@ class Observation:
 
     @property
     def _to_body(self) -> Array:
-        """Velocity of the object in its own frame from q_O', shape (6, 6)."""
+        """Velocity of the object in its own frame from `object_twist`, shape (6, 6)."""
         to_body = np.zeros((6, 6))
         to_body[:3, :3] = to_body[3:, 3:] = self.object_rotation.T
-        return to_body @ self.coordinate_map
+        return to_body
 
 
 ALIASES = {
@@ -322,9 +342,7 @@ ALIASES = {
     "J_CF_f": "hand_force_jacobian",
     "J_CF_tau": "hand_torsion_jacobian",
     "M_F": "hand_mass_matrix",
-    "M_O": "object_mass_matrix",
     "velocity_terms_F": "hand_velocity_terms",
-    "velocity_terms_O": "object_velocity_terms",
 }
 """The letters of the paper, and what they stand for."""
 

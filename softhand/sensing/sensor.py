@@ -62,6 +62,8 @@ class Wanted(NamedTuple):
     coordinates_rate: Array
     coordinates_acceleration: Array
     internal_force: Array
+    twist: Array
+    twist_rate: Array
     opening: Array
     carried: Array
 
