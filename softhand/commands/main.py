@@ -8,6 +8,27 @@ from __future__ import annotations
 import signal
 import sys
 
+from softhand.commands import (  # noqa: F401  each adds its command
+    check,
+    compare,
+    energy,
+    film,
+    grasp,
+    hands,
+    identify,
+    lyapunov,
+    names,
+    plot,
+    remark3,
+    report,
+    reproduce,
+    schema,
+    simulate,
+    stability,
+    validate,
+    view,
+    workspace,
+)
 from softhand.commands.app import app
 from softhand.commands.console import error_console, escape
 from softhand.errors import SofthandError
