@@ -32,12 +32,14 @@ if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposal, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
     from softhand.laws.law import Law
+    from softhand.plant.state import State
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
     from softhand.recording.recording import Recording
     from softhand.scenario.file import scenario_names
     from softhand.scenario.scenario import Scenario, load_scenario
     from softhand.sensing.observation import Observation
+    from softhand.simulation.pushes import Push
     from softhand.simulation.simulation import Simulation
     from softhand.steppers.stepper import Integration, Stepper
     from softhand.studies.compare import compare
@@ -67,11 +69,13 @@ _HOMES = {
         "SofthandError",
     ),
     "laws.law": ("Law",),
+    "plant.state": ("State",),
     "plots": ("draw_run", "save_figure"),
     "recording.recording": ("Recording",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names",),
     "sensing.observation": ("Observation",),
+    "simulation.pushes": ("Push",),
     "simulation.simulation": ("Simulation",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),

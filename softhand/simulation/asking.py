@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -58,14 +59,25 @@ class Asking:
         self._has_started = False
 
     def restart(self, memory: Any = None, has_started: bool = False) -> None:
-        """Ask for `start` first, or go on with a memory."""
-        self.memory = self.before = memory
+        """Ask for `start` first, or go on with a copy of a memory."""
+        self.memory = self.before = deepcopy(memory)
         self._has_started = has_started
 
     @property
     def has_started(self) -> bool:
         """Whether the controller has a memory."""
         return self._has_started
+
+    def remembered(self, before: bool, time: float) -> Any:
+        """A copy of the memory, or of that before the last answer.
+
+        Raises:
+            ControllerError: it cannot be copied.
+        """
+        try:
+            return deepcopy(self.before if before else self.memory)
+        except Exception as error:
+            raise self.bad(f"has a memory that cannot be copied: {error}", time) from error
 
     def ask(self, observation: Observation) -> Array:
         """The torque that the controller commands, shape (n,).

@@ -19,6 +19,8 @@ Vector3 = Sequence[float]
 class Push:
     """A force and a moment on one body while a time lasts, world axes.
 
+    A step holds the generalized force J^T (force, moment) of its begin.
+
     Attributes:
         force: [N], shape (3,).
         moment: [N m], shape (3,).
@@ -39,6 +41,9 @@ class Push:
 class Pushes:
     """All pushes on a plant; sets `Plant.external`.
 
+    Attributes:
+        are_any: whether there is anything to apply, now or later.
+
     Args:
         plant: what is pushed.
         schedule: pushes at times that are known.
@@ -51,19 +56,17 @@ class Pushes:
         self._plant = plant
         self._schedule = [(push, _Place(plant, push)) for push in schedule]
         self._now: list[tuple[Push, _Place]] = []
+        self.are_any = bool(schedule)
 
     def add(self, push: Push) -> None:
         """Another push, which `clear` ends."""
         self._now.append((push, _Place(self._plant, push)))
+        self.are_any = True
 
     def clear(self) -> None:
         """End the pushes that were added."""
         self._now = []
-
-    @property
-    def are_any(self) -> bool:
-        """Whether there is anything to apply."""
-        return bool(self._schedule or self._now)
+        self.are_any = bool(self._schedule)
 
     def apply(self, time: float, q: Array) -> None:
         """Set the generalized force of the step that begins at a time [s], at a configuration, shape (nq,)."""
