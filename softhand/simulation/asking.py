@@ -10,7 +10,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SofthandError
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
@@ -103,12 +103,9 @@ class Asking:
         return self._checked(command, observation.time)
 
     def _checked(self, result: Any, time: float) -> Array:
-        try:
-            if np.iscomplexobj(result):
-                raise TypeError
-            command = np.asarray(result, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time) from error
+        command = as_numbers(result)
+        if command is None:
+            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time)
         if command.shape != self._shape:
             raise self.bad(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; the hand has {self._shape[0]} joints",

@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioError, SimulationStopped
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
@@ -266,8 +266,8 @@ class Simulation:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))
 
     def _take(self, torque: Array) -> None:
-        command = np.asarray(torque, dtype=float)
-        if command.shape != self.torque.shape or not self._actuators.apply(command):
+        command = as_numbers(torque)
+        if command is None or command.shape != self.torque.shape or not self._actuators.apply(command):
             raise ScenarioError(
                 f"torque: got {torque!r}; the hand has {len(self.torque)} joints, give a finite number for each.",
                 key="torque",
