@@ -9,7 +9,6 @@ gets the torque at the start of the step: with its own order of updates any othe
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -30,7 +29,6 @@ from softhand.laws.law import Law
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.start.grasp import solve_grasp
-from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.stepper import Stepper
 
@@ -87,32 +85,24 @@ def ring(task: Task, stepper: Stepper, duration: float, speed: float = 0.5, ever
     integration, before = stepper.start(plant), state.copy()
     is_euler = isinstance(stepper, SemiImplicitEuler)
     rounds = 1 if is_euler else 3
-    kept = _kept(plant, integration) if isinstance(stepper, Midpoint) else []
     probe = task.plant()  # of its own: some steppers go on from what they left in theirs
     samples = [_sample(task, probe, state, hold, rest)]
     period = round(every / stepper.step)
     for k in range(round(duration / stepper.step)):
         _copy(state, before)
         middle = state.q[:n] + (0.0 if is_euler else 0.5) * stepper.step * state.v[:n]
-        at_start = [array.copy() for array in kept]
-        for _ in range(rounds):
-            _copy(before, state)
-            for array, value in zip(kept, at_start, strict=True):
-                array[...] = value
+        plant_before, integration_before = plant.carry(), integration.carry()
+        for again in range(rounds):
+            if again:  # a step that is made again must begin where the one before ended
+                _copy(before, state)
+                plant.resume(state, plant_before)
+                integration.resume(integration_before)
             integration.advance(state, hold - SPRING * (middle - rest))
             middle = 0.5 * (before.q[:n] + state.q[:n])
         if (k + 1) % period == 0:
             samples.append(_sample(task, probe, state, hold, rest))
     total, kinetic, Phi, force = (np.array(values) for values in zip(*samples, strict=True))
     return Ringing(np.arange(len(total)) * every, total, kinetic, Phi, force)
-
-
-def _kept(plant: Plant, integration: Any) -> list[Array]:
-    """What `midpoint` goes on from: a step that is made again must begin where the one before ended."""
-    snapshot = plant.snapshot
-    return [plant.contacts, plant.contact_columns, plant.at, snapshot.M, snapshot.J, snapshot.nle, snapshot.poses,
-            integration._velocity, integration._acceleration, integration._matrix, integration._turning,
-            integration._held]  # fmt: skip
 
 
 def _copy(source: State, target: State) -> None:

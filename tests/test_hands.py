@@ -49,7 +49,7 @@ FLIP = np.array([-1, 1, 1, 1, 1, 1, 1, 1, -1, 1, 1, 1, -1, 1, 1, 1.0])
 def start_of(name: str, values: dict[str, Any] | None = None) -> tuple[Simulation, Observation]:
     """A scenario at its start, after one sample."""
     simulation = build(load_scenario(name, values or {}))
-    return simulation, simulation.sample()
+    return simulation, simulation.sample().copy()
 
 
 # --------------------------------------------------------------------------------------------------------------- starts
@@ -299,8 +299,9 @@ def test_posture_comes_back_and_the_object_stays() -> None:
         for _ in range(3000):
             simulation.step()
             simulation.sample()
-        left[stiffness] = np.abs(seen.joint_position - before).max()
-        assert np.abs(seen.q_O - object_before).max() < 2e-5
+        now = simulation.observation
+        left[stiffness] = np.abs(now.joint_position - before).max()
+        assert np.abs(now.q_O - object_before).max() < 2e-5
     assert left[0.1] < 0.2 * left[0.0] and left[0.0] > 1e-3
 
 

@@ -28,6 +28,7 @@ from hands import (
 
 from softhand.model.gravity import gravity_forces
 from softhand.model.snapshot import Snapshot
+from softhand.model.terms import RigidTerms
 from softhand.model.world import World, load_world
 from softhand.plant.state import State
 
@@ -175,13 +176,17 @@ def test_gravity_is_that_of_pinocchio(task: Task, state: State) -> None:
 
 
 def test_sense_and_update_agree(task: Task, state: State) -> None:
-    """`sense` gives the same J and poses as `update`, and M on request, both triangles."""
+    """`sense` gives the same J and poses as `update`; `RigidTerms` the same M, both triangles, and C v."""
     moving, sensing = snapshot_at(task.world, state), Snapshot(task.world)
     sensing.sense(state.q)
     for name in ("J", "poses"):
         np.testing.assert_allclose(getattr(sensing, name), getattr(moving, name), rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(np.triu(sensing.mass_matrix(state.q)), np.triu(moving.M), rtol=0.0, atol=1e-15)
-    np.testing.assert_array_equal(sensing.mass_matrix(state.q), sensing.mass_matrix(state.q).T)
+    apart = RigidTerms(task.world.model)
+    mass = apart.mass_matrix(state.q)
+    np.testing.assert_allclose(np.triu(mass), np.triu(moving.M), rtol=0.0, atol=1e-15)
+    np.testing.assert_array_equal(mass, mass.T)
+    still = snapshot_at(task.world, State(state.q, np.zeros_like(state.v), state.z))
+    np.testing.assert_allclose(apart.velocity_terms(state.q, state.v), moving.nle - still.nle, rtol=0.0, atol=1e-12)
 
 
 def test_poses_are_the_joint_poses(task: Task, state: State) -> None:

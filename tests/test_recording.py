@@ -28,6 +28,7 @@ LABELS = {
     "contact": ("finger_1_tip", "finger_2_tip", "finger_3_tip"),
     "pair": ("23", "13", "12"),
     "support": ("table corner 1", "table corner 2"),
+    "velocity": ("finger_1_joint_1", "object x", "object rz"),
 }
 
 

@@ -28,6 +28,7 @@ class Ledger:
     Attributes:
         time: [s].
         work: of the joint torques [J].
+        pushed: work of pushes from outside [J].
         kinetic: change of the kinetic energy [J].
         gravity: change of the potential energy of the weights [J].
         elastic: change of what the tips would give back, see `tip_energy` [J].
@@ -38,6 +39,7 @@ class Ledger:
 
     time: Array
     work: Array
+    pushed: Array
     kinetic: Array
     gravity: Array
     elastic: Array
@@ -47,12 +49,12 @@ class Ledger:
 
     @property
     def taken(self) -> Array:
-        """What the joints gave and the bodies do not have: it is in the tips or lost there [J]."""
-        return self.work - self.kinetic - self.gravity
+        """What joints and pushes gave and the bodies do not have: it is in the tips or lost there [J]."""
+        return self.work + self.pushed - self.kinetic - self.gravity
 
     @property
     def lost(self) -> float:
-        """What is left of the work at the end [J]: lost in the tips, by damping, slip or a law that is no spring.
+        """What is left of all work at the end [J]: lost in the tips, by damping, slip or a law that is no spring.
 
         Negative if the tips gave more than was put in, which a law that is no spring can do.
         """
@@ -66,11 +68,16 @@ class Ledger:
     @property
     def exchanged(self) -> float:
         """The largest amount in any one account [J], to judge the residual by."""
-        return max(float(np.max(np.abs(getattr(self, name)))) for name in ACCOUNTS)
+        return max(float(np.max(np.abs(getattr(self, name)))) for name in self.accounts)
+
+    @property
+    def accounts(self) -> dict[str, str]:
+        """`ACCOUNTS`, without pushes where nothing pushed."""
+        return {name: label for name, label in ACCOUNTS.items() if name != "pushed" or np.any(self.pushed)}
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value at the end of each account."""
-        rows = [(label, f"{1e3 * getattr(self, name)[-1]:.4g} mJ") for name, label in ACCOUNTS.items()]
+        rows = [(label, f"{1e3 * getattr(self, name)[-1]:.4g} mJ") for name, label in self.accounts.items()]
         return [*rows, (self.residual_name, f"{1e3 * self.residual[-1]:.4g} mJ")]
 
     @property
@@ -81,13 +88,14 @@ class Ledger:
 
 ACCOUNTS = {
     "work": "work of the joint torques",
+    "pushed": "work of pushes",
     "kinetic": "kinetic energy",
     "gravity": "energy of height",
     "elastic": "elastic energy of the tips",
     "damping": "damped in the tips",
     "slip": "lost to slip",
 }
-"""Arrays of a `Ledger`, in words; the first equals the sum of the others and the residual."""
+"""Arrays of a `Ledger`, in words; the first two together equal the sum of the others and the residual."""
 
 
 def energy_ledger(
@@ -95,10 +103,11 @@ def energy_ledger(
 ) -> Ledger:
     """The energy ledger of a run:
 
-        work = kinetic + gravity + elastic + damping + slip + residual
+        work + pushed = kinetic + gravity + elastic + damping + slip + residual
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
-    controller is in this work already. The power of material damping is (f - f_law) . velocity at the contact, taken at
+    controller is in this work already. Pushes are held over a step: their work is as exact where a control period is one
+    step, else it takes the push of the begin of the period for all of it. The power of material damping is (f - f_law) . velocity at the contact, taken at
     each sample and summed by the trapezoidal rule; what f_law stores beyond `tip_energy`, where tips relax, is in the
     same account. Slip is `slip_loss` of the recording.
 
@@ -125,11 +134,13 @@ def energy_ledger(
         slip = np.sum(recording.slip_loss, axis=1)
     if "support_slip_loss" in recording.variables:
         slip += np.sum(recording.support_slip_loss, axis=1)
+    pushed = _push_work(recording, plant)
     energies = np.array([_energies(recording, plant, sample) for sample in (0, *chosen)])
     kinetic, gravity, elastic, relaxing = (energies[1:] - energies[0]).T
     return Ledger(
         time=recording.time[chosen],
         work=work[chosen],
+        pushed=pushed[chosen],
         kinetic=kinetic,
         gravity=gravity,
         elastic=elastic,
@@ -170,6 +181,17 @@ def tip_energy(tip: Contact, contact: np.void) -> float:
 def _recorded_plant(recording: Recording) -> Plant:
     scenario = recorded_scenario(recording)
     return read_plant(scenario)
+
+
+def _push_work(recording: Recording, plant: Plant) -> Array:
+    """Work of the recorded pushes up to each sample [J]: external . (q(next) - q)."""
+    work = np.zeros(len(recording) - 1)
+    if "external_force" in recording.variables:
+        external, model = recording.external_force, plant.world.model
+        for k in np.flatnonzero(np.any(external[:-1], axis=1)):
+            here, there = (recorded_state(plant, recording, sample).q for sample in (k, k + 1))
+            work[k] = external[k] @ pin.difference(model, here, there)
+    return _summed(work)
 
 
 def _summed(parts: Array) -> Array:

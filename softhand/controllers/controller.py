@@ -29,8 +29,9 @@ class Controller(Settings, ABC):
         """One sample of the control law.
 
         Args:
-            observation: the grasp now, live arrays.
-            memory: what `start` or the previous call returned.
+            observation: the grasp now; all that the torque may depend on, beside the memory.
+            memory: what `start` or the previous call returned. It is kept for a state that is saved: return another
+                one, do not change this.
 
         Returns:
             Joint torques [N m], shape (n,), and the memory for the next call. The effort limits of the URDF are applied

@@ -12,3 +12,11 @@ Array: TypeAlias = NDArray[np.float64]
 
 AnyArray: TypeAlias = NDArray[Any]
 """Of any kind, structured ones too."""
+
+
+def as_numbers(value: Any) -> Array | None:
+    """What a user gave as an array of plain numbers; None if it is none."""
+    try:
+        return None if np.iscomplexobj(value) else np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None

@@ -93,6 +93,11 @@ class Plant:
         """Names of the tips, then of the supports."""
         return (*(tip.name for tip in self.world.tips), *(support.name for support in self.supports))
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints, then of the contacts."""
+        return (*self.world.joint_names, *self.contact_names)
+
     def with_supports(self, state: State) -> State:
         """A state whose z has rows for the fingertips alone, with rows for all: supports that store nothing."""
         z = np.zeros((len(self.contacts), self.n_memory))

@@ -28,12 +28,14 @@ class Carried:
         stepper: what the stepper takes from one step into the next.
         loop: torques that are held, and what the search for faults compares with.
         memory: of the controller, before it speaks at this time.
+        names: of the joints, then of the contacts, to tell the plant by.
     """
 
     plant: dict[str, AnyArray]
     stepper: dict[str, AnyArray]
     loop: dict[str, AnyArray]
     memory: Any = None
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

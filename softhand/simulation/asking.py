@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SofthandError
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
@@ -58,14 +59,25 @@ class Asking:
         self._has_started = False
 
     def restart(self, memory: Any = None, has_started: bool = False) -> None:
-        """Ask for `start` first, or go on with a memory."""
-        self.memory = self.before = memory
+        """Ask for `start` first, or go on with a copy of a memory."""
+        self.memory = self.before = deepcopy(memory)
         self._has_started = has_started
 
     @property
     def has_started(self) -> bool:
         """Whether the controller has a memory."""
         return self._has_started
+
+    def remembered(self, before: bool, time: float) -> Any:
+        """A copy of the memory, or of that before the last answer.
+
+        Raises:
+            ControllerError: it cannot be copied.
+        """
+        try:
+            return deepcopy(self.before if before else self.memory)
+        except Exception as error:
+            raise self.bad(f"has a memory that cannot be copied: {error}", time) from error
 
     def ask(self, observation: Observation) -> None:
         """Set the command to the torque that the controller answers with.
@@ -91,12 +103,9 @@ class Asking:
         self._command[:] = command
 
     def _checked(self, result: Any, time: float) -> Array:
-        try:
-            if np.iscomplexobj(result):
-                raise TypeError
-            command = np.asarray(result, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time) from error
+        command = as_numbers(result)
+        if command is None:
+            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time)
         if command.shape != self._shape:
             raise self.bad(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; the hand has {self._shape[0]} joints",

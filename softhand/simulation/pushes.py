@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand.errors import ScenarioError
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 from softhand.plant.plant import Plant
 
 OBJECT = "object"
@@ -18,6 +18,8 @@ Vector3 = Sequence[float]
 @dataclass(frozen=True)
 class Push:
     """A force and a moment on one body while a time lasts, world axes.
+
+    A step holds the generalized force J^T (force, moment) of its begin.
 
     Attributes:
         force: [N], shape (3,).
@@ -39,31 +41,33 @@ class Push:
 class Pushes:
     """All pushes on a plant; sets `Plant.external`.
 
+    Attributes:
+        are_any: whether there is anything to apply, now or later.
+
     Args:
         plant: what is pushed.
         schedule: pushes at times that are known.
 
     Raises:
         ModelError: a push is on a link that the hand does not have.
+        ScenarioError: its numbers make no push.
     """
 
     def __init__(self, plant: Plant, schedule: Sequence[Push] = ()) -> None:
         self._plant = plant
         self._schedule = [(push, _Place(plant, push)) for push in schedule]
         self._now: list[tuple[Push, _Place]] = []
+        self.are_any = bool(schedule)
 
     def add(self, push: Push) -> None:
         """Another push, which `clear` ends."""
         self._now.append((push, _Place(self._plant, push)))
+        self.are_any = True
 
     def clear(self) -> None:
         """End the pushes that were added."""
         self._now = []
-
-    @property
-    def are_any(self) -> bool:
-        """Whether there is anything to apply."""
-        return bool(self._schedule or self._now)
+        self.are_any = bool(self._schedule)
 
     def apply(self, time: float, q: Array) -> None:
         """Set the generalized force of the step that begins at a time [s], at a configuration, shape (nq,)."""
@@ -80,16 +84,23 @@ class Pushes:
 _ROUNDING = 1e-9  # [s]
 
 
+def _check(push: Push) -> None:
+    for name in ("force", "moment", "point"):
+        value = getattr(push, name)
+        numbers = as_numbers(value)
+        if numbers is None or numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
+            raise ScenarioError(f"a push: {name} is {value!r}; give three finite numbers.", key=name, value=value)
+    times = as_numbers([push.start, push.duration])
+    if times is None or not (np.isfinite(times[0]) and times[1] > 0.0):
+        span = f"start is {push.start!r} and duration {push.duration!r}"
+        raise ScenarioError(f"a push: {span}; give times [s], and a duration above 0.", key="duration", value=span)
+
+
 class _Place:
     """The body that a push is on."""
 
     def __init__(self, plant: Plant, push: Push) -> None:
-        for name in ("force", "moment", "point"):
-            value = np.asarray(getattr(push, name), dtype=float)
-            if value.shape != (3,) or not np.all(np.isfinite(value)):
-                raise ScenarioError(
-                    f"a push: {name} is {getattr(push, name)!r}; give three finite numbers.", key=name, value=value
-                )
+        _check(push)
         world = plant.world
         if push.on == OBJECT:
             self._joint, self._point = world.object_joint, np.asarray(push.point, dtype=float)

@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioError, SimulationStopped
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
@@ -19,6 +19,7 @@ from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
+from softhand.simulation.fitting import must_fit, periods_until
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
@@ -105,10 +106,11 @@ class Simulation:
             state: of `save`, or any q, v and z of this plant; its time must be that of a sample.
 
         Raises:
-            ScenarioError: the state is not one of this plant, or its time lies between two samples.
+            ScenarioError: the state is not one of this plant and stepper, or its time lies between two samples.
         """
         state = self._start if state is None else state
-        self._k = self._count_periods(state)
+        must_fit(state, self.state, self.plant, self.integration)
+        self._k = periods_until(state.time, self._period)
         self.state.assign(state)
         self.time = round(self._k * self._period, 12)
         self.integration.restart()
@@ -124,15 +126,20 @@ class Simulation:
             self._resume(state, state.carried)
 
     def save(self) -> State:
-        """The state now, before the sample at `time`: all that the future depends on. An independent copy."""
+        """The state now, before the sample at `time`: all that the future depends on. An independent copy.
+
+        Torques and pushes that are given by call are not in it: they are given again.
+
+        Raises:
+            ControllerError: the memory of the controller cannot be copied.
+        """
         loop = {"torque": self.torque.copy(), "limited": self.torque_limited.copy(), "Theta": self._Theta.copy()}
         memory, has_memory = None, False
         if self._asking:
             asked = self._asked_at == self._k
-            memory = self._asking.before if asked else self._asking.memory
-            has_memory = self._asking.has_started
+            memory, has_memory = self._asking.remembered(asked, self.time), self._asking.has_started
         loop["has_memory"] = np.array([has_memory])
-        carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory)
+        carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory, self.plant.names)
         return State(self.state.q.copy(), self.state.v.copy(), self.state.z.copy(), self.time, carried)
 
     def push(self, force: Vector3 = _ZERO, moment: Vector3 = _ZERO, on: str = OBJECT, point: Vector3 = _ZERO) -> None:
@@ -168,6 +175,8 @@ class Simulation:
             if not self._actuators.apply():
                 command = self._actuators.command.tolist()
                 raise self._asking.bad(f"returned a torque with NaN or infinity: {command} N m", self.time)
+        if self._pushes.are_any:
+            self._pushes.apply(self.time, self.state.q)
         return observation
 
     def step(self, torque: Array | None = None) -> None:
@@ -257,28 +266,11 @@ class Simulation:
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))
 
-    def _count_periods(self, state: State) -> int:
-        for mine, given, name in zip(self.state.arrays, state.arrays, "qvz", strict=True):
-            if mine.shape != given.shape:
-                raise ScenarioError(
-                    f"state.{name} has shape {given.shape}, but that of this plant is {mine.shape}.",
-                    key=name,
-                    value=given.shape,
-                )
-        periods = round(state.time / self._period)
-        if abs(periods * self._period - state.time) > 1e-9 * max(1.0, state.time):
-            raise ScenarioError(
-                f"state.time: {state.time:g} s is no whole number of control periods of {self._period:g} s.",
-                key="time",
-                value=state.time,
-            )
-        return periods
-
     def _take(self, torque: Array) -> None:
-        command = np.asarray(torque, dtype=float)
-        if command.shape == self.torque.shape:
+        command = as_numbers(torque)
+        if command is not None and command.shape == self.torque.shape:
             self._actuators.command[:] = command
-        if command.shape != self.torque.shape or not self._actuators.apply():
+        if command is None or command.shape != self.torque.shape or not self._actuators.apply():
             raise ScenarioError(
                 f"torque: got {torque!r}; the hand has {len(self.torque)} joints, give a finite number for each.",
                 key="torque",

@@ -38,6 +38,7 @@ class Flow:
         self._plant.acceleration(torque, v_rate)
         coordinate_rate(self._plant.joints, q, v, q_rate)
         z_rate[:, :3] = self._plant.contacts["deformation_rate"][:, 1:]
+        z_rate[:, 3:] = 0.0
         if self._n_memory > 3:
             relaxation_rate(self._plant.pads, self._plant.contacts, z, z_rate)
         return out

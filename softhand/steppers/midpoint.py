@@ -65,7 +65,7 @@ class Kicks(NamedTuple):
     acceleration: Array
     """a of the last kick, shape (nv,)."""
     held: Array
-    """Torques of that kick [N m, N], shape (n,)."""
+    """Generalized force of torques and pushes in that kick [N m, N], shape (nv,)."""
     pull: Array
     """(h^2/4) K J' w of each contact, in C_F, shape (nc, 4)."""
     rate: Array
@@ -88,9 +88,9 @@ class _MidpointIntegration(Integration):
         super().__init__(plant)
         nv, nc = plant.world.model.nv, len(plant.contacts)
         self._plant, self._step = plant, step
-        w, middle, ahead, above, acceleration = np.zeros((5, nv))
+        w, middle, ahead, above, acceleration, held = np.zeros((6, nv))
         self._kicks = Kicks(
-            w, middle, ahead, above, acceleration, held=np.zeros_like(self.torque), pull=np.zeros((nc, 4)),
+            w, middle, ahead, above, acceleration, held, pull=np.zeros((nc, 4)),
             rate=np.zeros((nc, 4)), touched=np.zeros(nc, np.int64), matrix=np.zeros((nv, nv)),
             flags=np.zeros(3, np.int64),
         )  # fmt: skip
@@ -156,17 +156,16 @@ def kick_drift(joints, torque, external, touch, terms, envelope, kicks, at, step
     if not (kicks.flags[STARTED] and is_at(state.q, state.v, state.z, at)):
         return False
     w, middle, ahead, a, h = kicks.w, kicks.middle, kicks.ahead, kicks.acceleration, step
-    # kick: a at the evaluation that the last step ended with, under the torque of now
+    # kick: a at the evaluation that the last step ended with, under the torques and pushes of now
     if kicks.flags[HELD]:
-        _change_torque(envelope, torque, kicks)
+        _change_drive(envelope, torque, external, kicks)
     else:
         acceleration_of(touch, terms.nle, envelope, torque, external, kicks.pull, kicks.matrix, a)
         undamped_ahead(touch, envelope, h, kicks.matrix, ahead, a)
     for k in range(w.shape[0]):
         middle[k] = w[k] + 0.5 * h * a[k]
         ahead[k] = middle[k] + 0.5 * h * a[k]
-    for k in range(torque.shape[0]):
-        kicks.held[k] = torque[k]
+        kicks.held[k] = _drive(torque, external, k)
     # drift: q for h, z for h/2 with the frames of the begin
     relax(touch.pads, touch.contacts, 0.5 * h, state.z)
     integrate_memory(touch.columns, touch.contacts, touch.jacobian, middle, 0.5 * h, state.z)
@@ -206,11 +205,17 @@ def kick(torque, external, touch, terms, envelope, kicks, at, step, state):
 
 
 @compiled
-def _change_torque(envelope, torque, kicks):
-    """What another torque than the one held before adds to the acceleration."""
+def _drive(torque, external, k):
+    """(tau, 0) + external of one velocity."""
+    return external[k] + torque[k] if k < torque.shape[0] else external[k]
+
+
+@compiled
+def _change_drive(envelope, torque, external, kicks):
+    """What other torques and pushes than those held before add to the acceleration."""
     change, same = kicks.ahead, True
     for k in range(change.shape[0]):
-        change[k] = torque[k] - kicks.held[k] if k < torque.shape[0] else 0.0
+        change[k] = _drive(torque, external, k) - kicks.held[k]
         same = same and change[k] == 0.0
     if not same:
         solve(kicks.matrix, envelope, change)

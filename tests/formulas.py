@@ -1,0 +1,298 @@
+"""Every controller that ships as a plain formula of numpy, from its docstring and from what it is handed.
+
+A formula takes the settings and the observations that the controller was handed, one a control period, the first at its
+start. It returns the torques for the last of them, shape (n,). No formula knows a simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from hands import Array
+
+from softhand import Controller
+from softhand.contact.pairs import contact_pairs
+from softhand.controllers.object_estimator import ObjectEstimator
+from softhand.sensing.observation import Observation
+
+Seen: TypeAlias = Sequence[Observation]
+Formula: TypeAlias = Callable[[Any, Seen], Array]
+
+
+def inverse(matrix: Array) -> Array:
+    """Pseudo-inverse; what is as small as rounding does not count."""
+    return np.linalg.pinv(matrix, rcond=1e-6)
+
+
+def spread(gain: Any, size: int) -> Array:
+    """One number for all, or one for each."""
+    return np.broadcast_to(np.asarray(gain, dtype=float), size)
+
+
+def of_pose(position: Any, orientation: Any) -> Array:
+    """Gains of q_O."""
+    return np.concatenate([spread(position, 3), spread(orientation, 3)])
+
+
+def rotation(rpy: Array) -> Array:
+    """R_z(yaw) R_y(pitch) R_x(roll)."""
+    return pin.rpy.rpyToMatrix(*rpy)
+
+
+def missing_turn(now: Array, wanted: Array) -> Array:
+    """1/2 sum r_k x r_dk."""
+    return 0.5 * np.cross(now.T, wanted.T).sum(axis=0)
+
+
+def grasp_torque(now: Observation, wrench: Array, squeeze: Array, compensate: bool) -> Array:
+    """J_CF^fT {(J_O^fT)^+ [F - J_O^tauT tau_C] + K f} + J_CF^tauT tau_C."""
+    tau_C = compensate * now.contact_force[:, 3]
+    f_C = inverse(now.J_O_f.T) @ (wrench - now.J_O_tau.T @ tau_C) + now.internal_force_basis @ squeeze
+    return now.hand_force_jacobian.T @ f_C + now.hand_torsion_jacobian.T @ tau_C
+
+
+def at_joints(controller: Any, now: Observation, gain: str = "K_v") -> Array:
+    """N_F - K_v q_F'."""
+    return now.gravity_torque - spread(getattr(controller, gain), len(now.joint_velocity)) * now.joint_velocity
+
+
+def regulation(controller: Any, seen: Seen) -> Array:
+    """(59), the desired share of N_O, and the posture in the null space of J_CF^f."""
+    now = seen[-1]
+    K_O, n = of_pose(controller.K_O_position, controller.K_O_orientation), len(now.joint_position)
+    wrench = now.carried_desired * now.N_O - K_O * (now.object_coordinates - now.object_coordinates_desired)
+    squeeze = now.internal_force - controller.K_N * (now.internal_force - now.internal_force_desired)
+    J = now.hand_force_jacobian
+    pull = spread(controller.K_posture, n) * (seen[0].joint_position - now.joint_position)
+    posture = pull - inverse(J) @ J @ pull
+    return grasp_torque(now, wrench, squeeze, controller.torsion_compensation) + at_joints(controller, now) + posture
+
+
+def finger_only(controller: Any, seen: Seen) -> Array:
+    """(59) at what `ObjectEstimator` makes of the joints and the contact forces."""
+    estimator = ObjectEstimator(seen[0])
+    estimate = estimator.start(seen[0])
+    for observation in seen:
+        estimate = estimator.update(observation, estimate)
+    now, q_O, f_C = seen[-1], estimate.q_O, seen[-1].contact_force[:, :3].ravel()
+    weight = -now.object_mass * now.gravity
+    roll_axis, pitch_axis = rotation(q_O[3:])[:, 0], rotation([0.0, 0.0, q_O[5]])[:, 1]
+    axes = np.column_stack([roll_axis, pitch_axis, [0.0, 0.0, 1.0]])
+    N_O = np.concatenate([weight, axes.T @ np.cross(rotation(q_O[3:]) @ now.object_lever, weight)])
+    K_O = of_pose(controller.K_O_position, controller.K_O_orientation)
+    tau_C = controller.torsion_compensation * estimate.tau_C
+    wrench = N_O - K_O * (q_O - now.object_coordinates_desired) - estimate.J_O_tau.T @ tau_C
+    K = np.zeros((len(f_C), len(now.internal_force)))
+    for k, (i, j) in enumerate(contact_pairs(len(estimate.point))):
+        line = (estimate.point[j] - estimate.point[i]) / np.linalg.norm(estimate.point[j] - estimate.point[i])
+        K[3 * i : 3 * i + 3, k] = estimate.axes[i].T @ line
+        K[3 * j : 3 * j + 3, k] = -estimate.axes[j].T @ line
+    f_N = inverse(K) @ f_C
+    f = inverse(estimate.J_O_f.T) @ wrench + K @ (f_N - controller.K_N * (f_N - now.internal_force_desired))
+    return estimate.J_CF_f.T @ f + estimate.J_CF_tau.T @ tau_C + at_joints(controller, now)
+
+
+def point_contact(controller: Any, seen: Seen) -> Array:
+    """Contacts at x_i + r z_C,i."""
+    now = seen[-1]
+    normals, count = now.contact_rotation[:, :, 2], len(now.tip_position)
+    arms = np.array([tip.law.radius for tip in now.fingertips])[:, None] * normals
+    points = now.tip_position + arms
+    J_f = [J + np.cross(W, arm, axisa=0).T for J, W, arm in
+           zip(now.tip_jacobian, now.tip_angular_jacobian, arms, strict=True)]  # fmt: skip
+    G_f = np.hstack([np.vstack([np.eye(3), pin.skew(point - now.object_position)]) for point in points])
+    weight = -now.object_mass * now.gravity
+    missing = now.object_coordinates_desired[:3] - now.object_position
+    force = weight + controller.K_position * missing - controller.D_position * now.object_twist[:3]
+    turn = missing_turn(now.object_rotation, rotation(now.object_rpy_desired))
+    moment = np.cross(now.object_rotation @ now.object_lever, weight)
+    moment += controller.K_orientation * turn - controller.D_orientation * now.object_twist[3:]
+    tau_C = controller.torsion_compensation * now.contact_force[:, 3]
+    f_d = (inverse(G_f) @ np.concatenate([force, moment - normals.T @ tau_C])).reshape(count, 3)
+    for (i, j), f_N in zip(contact_pairs(count), now.internal_force_desired, strict=True):
+        line = f_N * (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
+        f_d[i] += line
+        f_d[j] -= line
+    tau = at_joints(controller, now)
+    for J, W, normal, f, torsion in zip(J_f, now.tip_angular_jacobian, normals, f_d, tau_C, strict=True):
+        tau += J.T @ f + torsion * W.T @ normal
+    return tau
+
+
+def object_impedance(controller: Any, seen: Seen) -> Array:
+    """Spring, damper and virtual mass at the object."""
+    now, desired = seen[-1], seen[-1].desired
+    M_d = of_pose(controller.M_position, controller.M_orientation)
+    D, K = (
+        of_pose(controller.D_position, controller.D_orientation),
+        of_pose(controller.K_position, controller.K_orientation),
+    )
+    rate = np.linalg.inv(now.coordinate_map) @ now.object_twist
+    wrench = M_d * desired.coordinates_acceleration - D * (rate - desired.coordinates_rate)
+    wrench += now.N_O - K * (now.object_coordinates - desired.coordinates)
+    squeeze = controller.K_int * desired.internal_force
+    return grasp_torque(now, wrench, squeeze, controller.torsion_compensation) + at_joints(controller, now)
+
+
+def computed_torque(controller: Any, seen: Seen) -> Array:
+    """e'' + K_d e' + K_p e = 0 by the equations of motion in rigid contact; A' from the last two samples."""
+    now, desired = seen[-1], seen[-1].desired
+    K_p = of_pose(controller.K_p_position, controller.K_p_orientation)
+    K_d = of_pose(controller.K_d_position, controller.K_d_orientation)
+    rate = np.linalg.inv(now.coordinate_map) @ now.object_twist
+    a = desired.coordinates_acceleration - K_d * (rate - desired.coordinates_rate)
+    a -= K_p * (now.object_coordinates - desired.coordinates)
+    A = inverse(now.hand_force_jacobian) @ now.J_O_f
+    A_rate = np.zeros_like(A)
+    if len(seen) > 1 and now.time > seen[-2].time:
+        A_rate = (A - inverse(seen[-2].hand_force_jacobian) @ seen[-2].J_O_f) / (now.time - seen[-2].time)
+    wrench = now.object_mass_matrix @ a + now.object_velocity_terms + now.N_O
+    tau = grasp_torque(now, wrench, desired.internal_force, controller.torsion_compensation)
+    return tau + now.hand_mass_matrix @ (A @ a + A_rate @ rate) + now.hand_velocity_terms + at_joints(controller, now)
+
+
+def frame_of_tips(x: Array) -> tuple[Array, Array]:
+    """Mean of the tips, and r_x, r_y, r_z of the first three as columns."""
+    r_z, r_y = np.cross(x[2] - x[0], x[1] - x[0]), x[0] - x[1]
+    r_z, r_y = r_z / np.linalg.norm(r_z), r_y / np.linalg.norm(r_y)
+    return x.mean(axis=0), np.column_stack([np.cross(r_y, r_z), r_y, r_z])
+
+
+def turning_of_tips(x: Array) -> Array:
+    """B_i of w = sum B_i x_i' of that frame, from the rates of its axes, shape (3, 3, 3)."""
+    r_x, r_y, r_z = frame_of_tips(x)[1].T
+    line, side, length = x[0] - x[1], x[2] - x[0], np.linalg.norm(x[0] - x[1])
+    area = np.linalg.norm(np.cross(side, x[1] - x[0]))
+    turning = np.zeros((3, 3, 3))
+    for i in range(3):
+        for k, rate in enumerate(np.eye(3)):
+            v = np.zeros((3, 3))
+            v[i] = rate
+            r_y_rate = ((v[0] - v[1]) - r_y * (r_y @ (v[0] - v[1]))) / length
+            normal_rate = np.cross(v[2] - v[0], -line) + np.cross(side, v[1] - v[0])
+            r_z_rate = (normal_rate - r_z * (r_z @ normal_rate)) / area
+            # w with w x r_y = r_y', w x r_z = r_z'
+            turning[i, :, k] = (r_y_rate @ r_z) * r_x + (r_z_rate @ r_x) * r_y - (r_y_rate @ r_x) * r_z
+    return turning
+
+
+def pull_of_tips(at_start: Observation) -> Array:
+    """f_d for a mean squeeze of 1 N at the start [N]."""
+    x = at_start.tip_position
+    radii = np.array([tip.law.radius for tip in at_start.fingertips])
+    return radii.sum() * np.mean([1.0 / np.linalg.norm(x[j] - x[i]) for i, j in contact_pairs(len(x))])
+
+
+def blind(controller: Any, seen: Seen) -> Array:
+    """The fingertips stand for the object."""
+    start, now = seen[0], seen[-1]
+    x, wanted, count = now.tip_position, rotation(now.object_rpy_desired), len(now.tip_position)
+    centre, axes = frame_of_tips(start.tip_position)
+    arm, axes_in_object = (start.object_rotation.T @ (centre - start.object_position),
+                           start.object_rotation.T @ axes)  # fmt: skip
+    x_v, axes = frame_of_tips(x)
+    radii = np.array([tip.law.radius for tip in now.fingertips])
+    f_d = pull_of_tips(start) * np.mean(now.internal_force_desired)
+    moment = controller.K_o * missing_turn(axes, wanted @ axes_in_object)
+    common = controller.K_p * (now.object_coordinates_desired[:3] + wanted @ arm - x_v) - controller.mass * now.gravity
+    B, tau = turning_of_tips(x[:3]), at_joints(controller, now, "damping")
+    for i, J in enumerate(now.tip_jacobian):
+        force = f_d / radii.sum() * sum(x[j] - x[i] for j in range(count)) + common / count
+        tau += J.T @ (force + (B[i].T @ moment if i < 3 else 0.0))
+    return tau
+
+
+def axis_of(spin: Array) -> Array:
+    """Axis of the last joint that turns a tip."""
+    return spin[:, np.flatnonzero(np.any(spin != 0.0, axis=0))[-1]]
+
+
+def opposing(controller: Any, seen: Seen) -> Array:
+    """Two tips pull towards each other and keep their attitude."""
+    start, now = seen[0], seen[-1]
+    radii = [tip.law.radius for tip in now.fingertips]
+    f_d = pull_of_tips(start) * now.internal_force_desired[0]
+    line = now.tip_position[1] - now.tip_position[0]
+    tau = at_joints(controller, now, "damping")
+    for i, sign in enumerate((1.0, -1.0)):
+        spin = start.tip_angular_jacobian[i]
+        e = spin.T @ axis_of(spin)
+        N = radii[i] / controller.gamma * (e @ (now.joint_position - start.joint_position))
+        force = sign * f_d / sum(radii) * line - 0.5 * controller.mass * now.gravity
+        tau += now.tip_jacobian[i].T @ force - radii[i] * N * e
+    return tau
+
+
+def angle_feedback(controller: Any, seen: Seen) -> Array:
+    """Press along the normals, turn by tangential forces."""
+    now, b = seen[-1], axis_of(seen[0].tip_angular_jacobian[0])
+    p_c = now.object_position + now.object_rotation @ now.object_lever
+    normals, points = now.contact_rotation[:, :, 2], now.contact_point
+    pressing = now.internal_force_desired[0] * normals - 0.5 * now.object_mass * now.gravity
+    e = b @ missing_turn(now.object_rotation, rotation(now.object_rpy_desired))
+    M = controller.K * e - controller.D * (b @ now.object_twist[3:])
+    M -= b @ sum(np.cross(point - p_c, force) for point, force in zip(points, pressing, strict=True))
+    w = np.cross(b, points[0] - points[1])
+    tau = at_joints(controller, now)
+    for i, sign in enumerate((1.0, -1.0)):
+        force = now.contact_rotation[i].T @ (pressing[i] + sign * M * w / (w @ w))
+        tau += now.hand_force_jacobian[3 * i : 3 * i + 3].T @ force
+    return tau
+
+
+def two_phase(controller: Any, seen: Seen) -> Array:
+    """The angle moves the set points of stiff joints."""
+    start, now, n = seen[0], seen[-1], len(seen[0].joint_position)
+    K_q = spread(controller.K_q, n)
+    b, line = axis_of(start.tip_angular_jacobian[0]), start.contact_point[0] - start.contact_point[1]
+    t = np.cross(b, line / np.linalg.norm(line))
+    way = inverse(start.tip_jacobian[0]) @ t - inverse(start.tip_jacobian[1]) @ t
+    holding = start.gravity_torque + start.hand_jacobian.T @ start.contact_force.ravel()
+
+    def error(observation: Observation) -> float:
+        wanted = rotation(observation.object_rpy_desired)
+        return float(b @ missing_turn(observation.object_rotation, wanted))
+
+    integral = sum(error(there) * (there.time - here.time) for here, there in zip(seen[:-1], seen[1:], strict=True))
+    q_d = start.joint_position + holding / K_q + way * (controller.K_P * error(now) + controller.K_I * integral)
+    return K_q * (q_d - now.joint_position) - spread(controller.K_d, n) * now.joint_velocity
+
+
+def pick_and_place(controller: Any, seen: Seen) -> Array:
+    """Free tips on springs to their feet at the start, (59) while all tips touch and shall hold."""
+    start, now = seen[0], seen[-1]
+    if np.mean(now.internal_force_desired) >= controller.touch_force and np.all(now.contact_force[:, 2] > 0.0):
+        return regulation(controller, seen)
+    tau = at_joints(controller, now)
+    for i, (tip, J) in enumerate(zip(now.fingertips, now.tip_jacobian, strict=True)):
+        normal = start.object_rotation @ tip.face.normal
+        height = normal @ (start.tip_position[i] - start.object_position) - tip.face.offset
+        place = start.tip_position[i] + (tip.law.radius + now.opening_desired - height) * normal
+        force = controller.K_tip * (place - now.tip_position[i]) - controller.D_tip * (J @ now.joint_velocity)
+        tau += J.T @ force
+    return tau
+
+
+FORMULAS: dict[str, Formula] = {
+    "regulation": regulation,
+    "finger-only": finger_only,
+    "point-contact": point_contact,
+    "object-impedance": object_impedance,
+    "computed-torque": computed_torque,
+    "blind": blind,
+    "opposing": opposing,
+    "angle-feedback": angle_feedback,
+    "two-phase": two_phase,
+    "pick-and-place": pick_and_place,
+}
+
+
+def torque_of(controller: Controller, seen: Seen) -> Array:
+    """What the controller itself returns for the last of these observations."""
+    memory = controller.start(seen[0])
+    for observation in seen:
+        tau, memory = controller.torque(observation, memory)
+    return tau
