@@ -12,7 +12,8 @@ import numpy as np
 
 import softhand
 from softhand.assembly.parts import read_law
-from softhand.grasping.workspace import Workspace
+from softhand.grasping.poses import Poses
+from softhand.grasping.workspace import largest_box, ranges, share_held
 from softhand.identification.fit import fit_law
 from softhand.identification.measurements import EXAMPLE, read_measurements
 from softhand.laws.nakashima import Nakashima
@@ -63,14 +64,16 @@ def make_stability() -> None:
 def make_workspace() -> None:
     """Planes of poses, and the table."""
     scenario = softhand.load_scenario("target-a")
-    workspace = Workspace(scenario)
+    poses = Poses(scenario)
     title = "Poses that can be held, about the start of target-a"
-    softhand.save_figure(draw_workspace(workspace, title, count=241), IMAGES / "workspace.png")
-    beyond = Workspace(scenario, (math.radians(1.0), math.radians(179.0)))
-    for space, name in ((workspace, "up to the apex"), (beyond, "beyond the apex too")):
-        factor = space.largest_box()
-        print(f"{name}: {100.0 * space.share()[0]:.1f} %, all within {20.0 * factor:.3g} mm, {30.0 * factor:.3g} deg")
-        for way in space.ranges():
+    softhand.save_figure(draw_workspace(poses, title, count=241), IMAGES / "workspace.png")
+    beyond = Poses(scenario, (math.radians(1.0), math.radians(179.0)))
+    for space, name in ((poses, "up to the apex"), (beyond, "beyond the apex too")):
+        factor = largest_box(space)
+        print(
+            f"{name}: {100.0 * share_held(space)[0]:.1f} %, all within {20.0 * factor:.3g} mm, {30.0 * factor:.3g} deg"
+        )
+        for way in ranges(space):
             scale = 1e3 if way.name in "xyz" else math.degrees(1.0)
             print(f"  {way.name} {scale * way.lower:+.1f} {scale * way.upper:+.1f}  {way.lower_end}; {way.upper_end}")
 

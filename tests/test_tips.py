@@ -15,7 +15,7 @@ from softhand.assembly.probe import Probe
 from softhand.checks.scenario import check_scenario
 from softhand.contact.friction import face_of
 from softhand.errors import ScenarioError
-from softhand.grasping.workspace import Workspace
+from softhand.grasping.poses import Poses
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario, with_law
@@ -168,7 +168,7 @@ def test_tools_take_each_tip_as_it_is() -> None:
     assert Probe.of_scenario(scenario).laws == [tip.law for tip in simulation.plant.fingertips]
     same = load_scenario("target-a")
     assert linearise(scenario).growth(np.zeros(6)) != linearise(same).growth(np.zeros(6))
-    np.testing.assert_array_equal(Workspace(scenario)._radius, [0.010, 0.012, 0.010])
+    np.testing.assert_array_equal(Poses(scenario).fingers.radius, [0.010, 0.012, 0.010])
 
 
 def test_the_check_up_shows_what_holds_at_each_tip() -> None:
