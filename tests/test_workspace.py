@@ -10,7 +10,7 @@ from hands import CONTACT_POINTS, FINGER_GUESS, HAND_URDF, START_POSITION, Task
 
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
-from softhand.grasping.chains import finger_chain, place_tip
+from softhand.grasping.chains import finger_chain, place_tip, work_rows
 from softhand.grasping.inverse import reach
 from softhand.grasping.poses import Poses
 from softhand.grasping.verdicts import Verdict
@@ -57,7 +57,7 @@ def test_chains_are_the_hand(task: Task, rng):
     for index in range(task.world.n_tips):
         links, columns = finger_chain(task.world, index, angles)
         rotation, position, jacobian = np.empty((3, 3)), np.empty(3), np.empty((3, len(columns)))
-        place_tip(links, angles[columns], rotation, position, jacobian)
+        place_tip(links, angles[columns], rotation, position, jacobian, np.empty((work_rows(len(columns)), 3)))
         expected, axes = arm.tip(index)
         assert position == pytest.approx(expected, abs=1e-12) and rotation == pytest.approx(axes, abs=1e-12)
         assert jacobian == pytest.approx(arm.point_jacobian(index, expected)[:, columns], abs=1e-12)
@@ -71,7 +71,7 @@ def test_reach_finds_the_angles(task: Task, rng):
         links, columns = finger_chain(task.world, index, start)
         wanted = start[columns] + rng.normal(0.0, 0.1, len(columns))
         rotation, position, jacobian = np.empty((3, 3)), np.empty(3), np.empty((3, len(columns)))
-        place_tip(links, wanted, rotation, position, jacobian)
+        place_tip(links, wanted, rotation, position, jacobian, np.empty((work_rows(len(columns)), 3)))
         found = start[columns].copy()
         assert reach(links, position, found, rotation) and found == pytest.approx(wanted, abs=1e-8)
 

@@ -61,66 +61,56 @@ def differentiate(controller: Controller, probe: Probe, state: State, period: fl
     first = probe.at(state, 0.0)
     _, memory = controller.torque(first, controller.start(first))
 
-    scratch = _scratch(controller, first, memory)
-
     def respond(beside: State) -> Array:
-        torque, after = controller.torque(probe.at(beside, period), memory)
-        return np.concatenate([torque, *_numbers(after)])
+        return _joined(*controller.torque(probe.at(beside, period), memory))
 
     by_state, base = slope(probe.plant, state, respond), respond(state)
     observation, held = probe.at(state, period), np.concatenate([[], *_numbers(memory)])
 
     def respond_to(values: Array) -> Array:
-        torque, after = controller.torque(observation, _rebuilt(memory, iter(values), scratch))
-        return np.concatenate([torque, *_numbers(after)])
+        return _joined(*controller.torque(observation, _rebuilt(memory, iter(values))))
 
     n, columns = probe.plant.world.n_joints, {}
     alive: NDArray[np.bool_] = np.any(by_state[n:] != 0.0, axis=1)
-    kept = np.concatenate([[], *(np.full(values.size, id(values) in scratch) for values in _leaves(memory))]) != 0.0
-    alive &= ~kept
     while waiting := [k for k in np.flatnonzero(alive) if k not in columns]:
         for k in waiting:
             move = np.where(np.arange(len(held)) == k, _STEP, 0.0)
             columns[k] = (respond_to(held + move) - respond_to(held - move)) / (2.0 * _STEP)
-            alive |= (columns[k][n:] != 0.0) & ~kept
+            alive |= columns[k][n:] != 0.0
     chosen = np.flatnonzero(alive)
     by_memory = np.column_stack([np.zeros((len(base), 0)), *(columns[k] for k in chosen)])
     return Feedback(base[:n], by_state[:n], by_memory[:n], by_state[n:][chosen], by_memory[n:][chosen])
 
 
-def _scratch(controller: Controller, observation: Observation, memory: Any) -> set[int]:
-    """Arrays of a memory, by id, that a controller keeps only to return its torque in."""
-    torque, _ = controller.torque(observation, memory)
-    return {id(values) for values in _leaves(memory) if np.shares_memory(values, torque)}
+def _joined(torque: Array, memory: Any) -> Array:
+    return np.concatenate([torque, *_numbers(memory)])
 
 
-def _leaves(memory: Any) -> Iterator[Array]:
-    """The arrays of numbers in a memory, and single numbers as arrays."""
+def _numbers(memory: Any) -> Iterator[Array]:
+    """The numbers in a memory, a row for each of its arrays."""
+    if isinstance(memory, Observation):
+        memory = memory.block
     if isinstance(memory, np.ndarray):
         if memory.dtype == float:
-            yield memory
+            yield memory.ravel()
     elif isinstance(memory, float):
         yield np.array([memory])
     else:
         for part in _parts(memory).values():
-            yield from _leaves(part)
+            yield from _numbers(part)
 
 
-def _numbers(memory: Any) -> list[Array]:
-    """Copies of `_leaves`, each as a row."""
-    return [values.ravel().copy() for values in _leaves(memory)]
-
-
-def _rebuilt(memory: Any, values: Iterator[float], scratch: set[int]) -> Any:
-    """A memory with other numbers, in the order of `_numbers`; scratch is kept as it is."""
+def _rebuilt(memory: Any, values: Iterator[float]) -> Any:
+    """A memory with other numbers, in the order of `_numbers`."""
+    if isinstance(memory, Observation):
+        return Observation(memory.known, _rebuilt(memory.block, values), memory.time)
     if isinstance(memory, np.ndarray):
         if memory.dtype != float:
             return memory
-        filled = np.array([next(values) for _ in range(memory.size)]).reshape(memory.shape)
-        return memory if id(memory) in scratch else filled
+        return np.array([next(values) for _ in range(memory.size)]).reshape(memory.shape)
     if isinstance(memory, float):
         return float(next(values))
-    parts = {key: _rebuilt(part, values, scratch) for key, part in _parts(memory).items()}
+    parts = {key: _rebuilt(part, values) for key, part in _parts(memory).items()}
     if not parts:
         return memory
     if is_dataclass(memory):

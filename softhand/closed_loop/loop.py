@@ -35,14 +35,17 @@ class Loop:
 
     def held_growth(self, period: float) -> float:
         """The same with the torque held for a period [s], and what the controller remembers from one to the next."""
+        return float(np.log(np.max(np.abs(np.linalg.eigvals(self.step(period))))) / period)
+
+    def step(self, period: float) -> Array:
+        """What becomes of (x, m) in one period [s], m the memory of the controller, shape (s + m, s + m)."""
         (move, push), control = held(self.model, period), self.feedback
-        both = np.block(
+        return np.block(
             [
                 [move + push @ control.by_state, push @ control.by_memory],
                 [control.memory_by_state, control.memory_by_memory],
             ]
         )
-        return float(np.log(np.max(np.abs(np.linalg.eigvals(both)))) / period)
 
 
 def close_loop(start: HeldStart) -> Loop:

@@ -51,7 +51,8 @@ def grasp(
             placement = place_object(chosen, progress=report)
         chosen = placement.scenario
         if not quiet:
-            console().print(placement.line(), highlight=False, markup=False)
+            for key, value in placement.rows():
+                console().print(f"{key} = {value}", highlight=False, markup=False)
     if propose:
         from softhand.grasping.proposals import propose_grasps
 

@@ -59,7 +59,13 @@ def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.vo
 
 
 @compiled
-def place_tip(links, angles, rotation, position, jacobian):
+def work_rows(joints):
+    """Rows of the scratch of `place_tip`."""
+    return 2 * joints + 6
+
+
+@compiled
+def place_tip(links, angles, rotation, position, jacobian, work):
     """Pose of a finger frame F and the Jacobian of its origin.
 
     Args:
@@ -68,13 +74,15 @@ def place_tip(links, angles, rotation, position, jacobian):
         rotation: axes of F in the world, set, shape (3, 3).
         position: origin of F in the world [m], set, shape (3,).
         jacobian: velocity of the origin of F from the rates of the joints, set, shape (3, joints).
+        work: scratch, shape (work_rows(joints), 3).
     """
     joints = angles.shape[0]
-    axes, origins = np.empty((joints, 3)), np.empty((joints, 3))
-    turned, before = np.empty((3, 3)), np.empty((3, 3))
-    position[:], rotation[:] = 0.0, 0.0
+    axes, origins = work[:joints], work[joints : 2 * joints]
+    turned, before = work[2 * joints : 2 * joints + 3], work[2 * joints + 3 :]
     for i in range(3):
-        rotation[i, i] = 1.0
+        position[i] = 0.0
+        for j in range(3):
+            rotation[i, j] = 1.0 if i == j else 0.0
     # out along the chain: each frame in the world by way of the one before it
     for k in range(joints + 1):
         link = links[k]
@@ -82,7 +90,9 @@ def place_tip(links, angles, rotation, position, jacobian):
             for j in range(3):
                 position[i] += rotation[i, j] * link.position[j]
         _multiply(rotation, link.rotation, before)
-        rotation[:] = before
+        for i in range(3):
+            for j in range(3):
+                rotation[i, j] = before[i, j]
         if k == joints:
             break
         for i in range(3):
@@ -97,7 +107,8 @@ def place_tip(links, angles, rotation, position, jacobian):
     # a slide moves the tip along its axis a, a hinge by a x (position - origin)
     for k in range(joints):
         if links[k].slides:
-            jacobian[:, k] = axes[k]
+            for i in range(3):
+                jacobian[i, k] = axes[k, i]
         else:
             ax, ay, az = position[0] - origins[k, 0], position[1] - origins[k, 1], position[2] - origins[k, 2]
             jacobian[0, k] = axes[k, 1] * az - axes[k, 2] * ay

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from softhand.grasping.chains import place_tip
+from softhand.grasping.chains import place_tip, work_rows
 from softhand.numerics.compiled import compiled
 
 _ITERATIONS = 30
@@ -33,9 +33,9 @@ def reach(links, target, angles, rotation):
     """
     joints = angles.shape[0]
     position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
-    step = np.empty(joints)
+    step, work = np.empty(joints), np.empty((work_rows(joints), 3))
     for _ in range(_ITERATIONS):
-        place_tip(links, angles, rotation, position, jacobian)
+        place_tip(links, angles, rotation, position, jacobian, work)
         if math.sqrt(_missing(target, position, miss)) <= _REACHED:
             return True
         _gram(jacobian, gram)
@@ -68,10 +68,10 @@ def approach(links, target, angles, lower, upper, rotation):
     """
     joints = angles.shape[0]
     position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
-    step = np.empty(joints)
+    step, work = np.empty(joints), np.empty((work_rows(joints), 3))
     left = math.inf
     for _ in range(_MOST_STEPS):
-        place_tip(links, angles, rotation, position, jacobian)
+        place_tip(links, angles, rotation, position, jacobian, work)
         before, left = left, _missing(target, position, miss)
         if math.sqrt(left) <= _REACHED or abs(before - left) <= 1e-12 * left:
             break

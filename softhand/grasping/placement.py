@@ -46,11 +46,12 @@ class Placement(Record):
         """Where the object is [m], shape (3,)."""
         return np.array(self.scenario.object.position)
 
-    def line(self) -> str:
-        """The line of a scenario file, with what was gained."""
+    def rows(self) -> list[tuple[str, str]]:
+        """Key and value of the place, with what was gained."""
         x, y, z = self.object_position
-        gain = f"room {self.room:.2f}, before {self.room_before:.2f}"
-        return f"object.position = [{x:g}, {y:g}, {z:g}]  # [m], {gain}"
+        return [
+            ("object.position", f"[{x:g}, {y:g}, {z:g}]  # [m], room {self.room:.2f}, before {self.room_before:.2f}")
+        ]
 
 
 def place_object(scenario: Scenario, span: float = 0.04, progress: Callable[[float], None] | None = None) -> Placement:
