@@ -12,7 +12,12 @@ import numpy as np
 
 import softhand
 from softhand.assembly.parts import read_law
-from softhand.grasping.workspace import Workspace
+from softhand.closed_loop.gain_loop import close_gain_loop
+from softhand.closed_loop.lyapunov import lyapunov
+from softhand.closed_loop.scan import scan
+from softhand.closed_loop.start import held_start
+from softhand.grasping.poses import Poses
+from softhand.grasping.workspace import largest_box, ranges, share_held
 from softhand.identification.fit import fit_law
 from softhand.identification.measurements import EXAMPLE, read_measurements
 from softhand.laws.nakashima import Nakashima
@@ -22,10 +27,6 @@ from softhand.plots.identification import draw_fit
 from softhand.plots.lyapunov import draw_lyapunov
 from softhand.plots.stability import draw_scan
 from softhand.plots.workspace import draw_workspace
-from softhand.stability.invariant_set import examine_run
-from softhand.stability.loop import linearise
-from softhand.stability.lyapunov import evaluate_run
-from softhand.stability.scan import scan, scenario_gains
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 
@@ -43,15 +44,16 @@ def make_stability() -> None:
     """V along the paper's step with nearly no sampling, the table of control periods, and the scan."""
     values = {"reference.kind": "step", "control_period": 2e-4, "stepper.step": 2e-4, "duration": 0.6}
     recording = softhand.simulate(softhand.load_scenario("target-a", values))
-    found = evaluate_run(recording)
+    found = lyapunov(recording, every=25)
     title = "Target A by a step, torque held for 0.2 ms"
-    softhand.save_figure(draw_lyapunov(found, examine_run(recording, every=25), title), IMAGES / "lyapunov.png")
+    softhand.save_figure(draw_lyapunov(found, found.invariant, title), IMAGES / "lyapunov.png")
     for label, value in found.rows():
         print(f"{label:<46}{value}")
     for begin, end, gain in sorted(found.spans(), key=lambda span: -span[2])[:3]:
         print(f"rises by {1e3 * gain:.3g} mJ from {begin:.4g} to {end:.4g} s by {found.cause(begin, end)}")
     scenario = softhand.load_scenario("target-a")
-    loop, K_O = linearise(scenario), scenario_gains(scenario)
+    loop = close_gain_loop(held_start(scenario))
+    K_O = loop.K_O
     print(f"share of the contact stiffness {loop.use:.3f}, growth without sampling {loop.growth(K_O):.3f} 1/s")
     for period in (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5):
         print(f"{1e3 * period:g} ms: {loop.held_growth([K_O], period)[0]:+.3g} 1/s")
@@ -63,14 +65,16 @@ def make_stability() -> None:
 def make_workspace() -> None:
     """Planes of poses, and the table."""
     scenario = softhand.load_scenario("target-a")
-    workspace = Workspace(scenario)
+    poses = Poses(scenario)
     title = "Poses that can be held, about the start of target-a"
-    softhand.save_figure(draw_workspace(workspace, title, count=241), IMAGES / "workspace.png")
-    beyond = Workspace(scenario, (math.radians(1.0), math.radians(179.0)))
-    for space, name in ((workspace, "up to the apex"), (beyond, "beyond the apex too")):
-        factor = space.largest_box()
-        print(f"{name}: {100.0 * space.share()[0]:.1f} %, all within {20.0 * factor:.3g} mm, {30.0 * factor:.3g} deg")
-        for way in space.ranges():
+    softhand.save_figure(draw_workspace(poses, title, count=241), IMAGES / "workspace.png")
+    beyond = Poses(scenario, (math.radians(1.0), math.radians(179.0)))
+    for space, name in ((poses, "up to the apex"), (beyond, "beyond the apex too")):
+        factor = largest_box(space)
+        print(
+            f"{name}: {100.0 * share_held(space)[0]:.1f} %, all within {20.0 * factor:.3g} mm, {30.0 * factor:.3g} deg"
+        )
+        for way in ranges(space):
             scale = 1e3 if way.name in "xyz" else math.degrees(1.0)
             print(f"  {way.name} {scale * way.lower:+.1f} {scale * way.upper:+.1f}  {way.lower_end}; {way.upper_end}")
 

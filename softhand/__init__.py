@@ -13,8 +13,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from softhand.analysis.energy import Ledger, energy_ledger
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly.build import build, simulate
+    from softhand.checks.check import check
+    from softhand.closed_loop.linearize import LinearModel, linearize
+    from softhand.closed_loop.lyapunov import Lyapunov, lyapunov
+    from softhand.closed_loop.stability import Stability, stability
     from softhand.controllers.controller import Controller
     from softhand.dampings.damping import Damping
     from softhand.errors import (
@@ -29,8 +34,9 @@ if TYPE_CHECKING:
         SofthandError,
     )
     from softhand.grasping.placement import Placement, place_object
-    from softhand.grasping.proposals import Proposal, propose_grasps
+    from softhand.grasping.proposals import Proposal, Proposals, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
+    from softhand.grasping.workspace import Workspace, workspace
     from softhand.laws.law import Law
     from softhand.plant.plant import Plant
     from softhand.plant.state import State
@@ -55,7 +61,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "grasping.quality": ("GraspQuality", "grasp_quality"),
     "grasping.placement": ("Placement", "place_object"),
-    "grasping.proposals": ("Proposal", "propose_grasps"),
+    "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
+    "grasping.workspace": ("Workspace", "workspace"),
+    "analysis.energy": ("Ledger", "energy_ledger"),
+    "checks.check": ("check",),
+    "closed_loop.linearize": ("LinearModel", "linearize"),
+    "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
+    "closed_loop.stability": ("Stability", "stability"),
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),

@@ -13,7 +13,17 @@ from hands import Task, make_law, random_state
 
 from softhand.assembly.build import build, simulate
 from softhand.assembly.probe import Probe, recorded_state
+from softhand.closed_loop.gain_loop import GainLoop, close_gain_loop
+from softhand.closed_loop.gains import Gains
+from softhand.closed_loop.invariant_set import examine
+from softhand.closed_loop.linearize import LinearModel
+from softhand.closed_loop.lyapunov import Lyapunov
+from softhand.closed_loop.lyapunov import lyapunov as find_lyapunov
+from softhand.closed_loop.scan import _scaling_fields, scan
+from softhand.closed_loop.start import held_start
+from softhand.closed_loop.storage import evaluate
 from softhand.contact.kinematics import deformation_jacobian
+from softhand.controllers.regulation import Regulation
 from softhand.dampings.hunt_crossley import HuntCrossley
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import LawError, RecordingError, SofthandError
@@ -26,15 +36,10 @@ from softhand.plots.style import save_figure
 from softhand.recording.recording import Recording
 from softhand.references.goal import Goal
 from softhand.references.reference import resting
-from softhand.scenario.scenario import load_scenario, with_law
-from softhand.stability.invariant_set import examine, examine_run
-from softhand.stability.loop import Loop, linearise
-from softhand.stability.lyapunov import Lyapunov, evaluate, evaluate_run
-from softhand.stability.regulation import Gains, regulation
-from softhand.stability.scan import scan
+from softhand.scenario.scenario import Scenario, load_scenario, with_law
 
 K_O = np.array([100.0] * 3 + [0.3] * 3)
-GAINS = Gains(K_O, np.full(9, 0.005), np.full(3, 1.5), True)
+GAINS = Gains.of(Regulation(), 9, 3)
 HELD = {
     "reference.kind": "step",
     "reference.object_position": (0.0, 0.010, 0.142),
@@ -55,7 +60,7 @@ def probe_of(task: Task, away: float = 0.0) -> Probe:
 def flow(probe: Probe, state: State, time: float, gains: Gains = GAINS) -> State:
     """The state a moment later under (59), by a Taylor step whose error is of second order in time."""
     seen = probe.at(state, 0.0)
-    torque = regulation(seen, gains)[1]
+    torque = gains.law.torque(seen, gains.law.start(seen))[0].copy()
     probe.plant.update(state.q, state.v, state.z)
     acceleration = probe.plant.acceleration(torque, np.zeros(len(state.v)))
     rate = probe.plant.contacts["deformation_rate"][:, 1:]
@@ -129,15 +134,13 @@ def test_P_is_the_integral_of_62_by_hand(reference, rng):
     assert found.deformation == pytest.approx(expected, rel=1e-9) and expected > 0.0
 
 
-def test_the_torque_is_that_of_the_controller(reference):
-    """What the analysis takes for (59) is what the controller returns."""
-    simulation = build(load_scenario("target-a"))
-    for _ in range(3):
-        observation = simulation.sample()
-        simulation.step()
-    simulation.sample()
-    gains = Gains(K_O, np.full(9, 0.005), np.full(3, 1.5), True)
-    assert regulation(observation, gains)[1] == pytest.approx(simulation.torque, rel=1e-9, abs=1e-12)
+def test_the_forces_asked_for_are_those_of_the_torque(reference, rng):
+    """What V takes for the forces of (59) gives its torque, by the second half of (59)."""
+    state, probe = moving(reference, rng), probe_of(reference, away=1.0)
+    seen = probe.at(state, 0.0)
+    f = GAINS.asked_forces(seen)
+    torque = seen.J_CF_f.T @ f - 0.005 * seen.joint_velocity + seen.N_F + seen.J_CF_tau.T @ seen.tau_C
+    assert GAINS.law.torque(seen, GAINS.law.start(seen))[0] == pytest.approx(torque, rel=1e-9, abs=1e-12)
 
 
 def test_where_the_proof_leaves_nothing_out_V_falls_by_damping_alone(reference, rng):
@@ -181,7 +184,7 @@ def test_damped_tips_have_their_term(reference, rng, damping):
 def test_V_is_not_defined_where_the_tips_would_have_to_pull(reference):
     """No deformation answers to a pulling f_d: P is NaN there, not a number."""
     state, probe = reference.grasp.state, probe_of(reference, away=1.0)
-    strong = Gains(300.0 * K_O, GAINS.K_v, GAINS.K_N, True)
+    strong = Gains.of(Regulation(K_O_position=3e4, K_O_orientation=90.0), 9, 3)
     found = evaluate(probe, probe.at(state, 0.0), strong)
     assert found.desired_force[:, 0].min() < 0.0 and np.isnan(found.value)
 
@@ -198,7 +201,7 @@ def recording():
 @pytest.fixture(scope="module")
 def lyapunov(recording) -> Lyapunov:
     """V along it."""
-    return evaluate_run(recording)
+    return find_lyapunov(recording, every=50)
 
 
 @pytest.mark.parametrize("law", ["nakashima", "conservative"])
@@ -232,9 +235,9 @@ def test_it_is_said_where_V_rises(lyapunov):
     assert any("V rises during" in label for label, _ in lyapunov.rows())
 
 
-def test_the_figure_is_drawn(recording, lyapunov, tmp_path):
+def test_the_figure_is_drawn(lyapunov, tmp_path):
     """Energy, rate, terms, L and the share of the contact stiffness; the line of the rate is the rate in mW."""
-    figure = draw_lyapunov(lyapunov, examine_run(recording, every=50), "a run")
+    figure = draw_lyapunov(lyapunov, lyapunov.invariant, "a run")
     assert figure.axes[1].lines[0].get_ydata() == pytest.approx(1e3 * lyapunov.rate)
     assert len(figure.axes) == 5
     save_figure(figure, tmp_path / "figure.png")
@@ -243,13 +246,13 @@ def test_the_figure_is_drawn(recording, lyapunov, tmp_path):
 def test_damped_runs_are_evaluated_with_their_damping_and_relaxing_ones_refused():
     """The plant of a recording has the damping of the run; what a relaxation remembers is not recorded."""
     changes = {"duration": 0.1, "reference.duration": 0.1, "fingertip.damping.name": "kelvin-voigt"}
-    found = evaluate_run(simulate(load_scenario("target-a", changes)))
+    found = find_lyapunov(simulate(load_scenario("target-a", changes)))
     size = np.sqrt(np.mean(found.rate**2))
     assert np.sqrt(np.mean(found.remainder[2:-2] ** 2)) < 5e-3 * size
     assert np.max(found.damping) <= 0.0 and np.min(found.damping) < -1e-3 * size
     changes["fingertip.damping.name"] = "fung"
     with pytest.raises(LawError, match="relaxing damping"):
-        evaluate_run(simulate(load_scenario("target-a", changes)))
+        find_lyapunov(simulate(load_scenario("target-a", changes)))
 
 
 def test_other_runs_are_refused(recording):
@@ -257,10 +260,10 @@ def test_other_runs_are_refused(recording):
     other = recording.scenario.replace('name = "regulation"', 'name = "regulatoin"')
     for scenario, words in (("", "scenario"), ("x = 1", "scenario"), (other, "regulatoin")):
         with pytest.raises(SofthandError, match=words):
-            evaluate_run(Recording(recording.variables, recording.labels, scenario, "", True, "", 0.25))
+            find_lyapunov(Recording(recording.variables, recording.labels, scenario, "", True, "", 0.25))
     short = {name: array[:2] for name, array in recording.variables.items()}
     with pytest.raises(RecordingError, match="three samples"):
-        evaluate_run(Recording(short, recording.labels, recording.scenario, "", True, "", 0.0))
+        find_lyapunov(Recording(short, recording.labels, recording.scenario, "", True, "", 0.0))
 
 
 # ----------------------------------------------------------------------------------------------------------- L of (60)
@@ -312,6 +315,11 @@ def test_L_is_singular_where_K_O_is_the_contact_stiffness(reference):
 # --------------------------------------------------------------------------------------------------------- closed loop
 
 
+def loop_of(scenario: Scenario) -> GainLoop:
+    """The loop of (59) about the start."""
+    return close_gain_loop(held_start(scenario))
+
+
 def test_two_masses_on_a_spring_lose_regulation_at_the_stiffness_of_the_spring():
     """One finger and one object: by Routh the loop is stable for K_O < k, and for no greater gain."""
     m1, m2, k, damping = 0.07, 0.2, 800.0, 0.4
@@ -321,7 +329,7 @@ def test_two_masses_on_a_spring_lose_regulation_at_the_stiffness_of_the_spring()
     B = np.array([[0.0], [0.0], [1.0 / m1], [0.0]])
     pull = np.zeros((6, 1, 4))
     pull[0, 0, 1] = -1.0
-    loop = Loop(A, B, np.zeros((1, 4)), pull, 0.0)
+    loop = GainLoop(LinearModel(A, B, ("",) * 4, ("",), np.zeros(2)), np.zeros((1, 4)), pull, K_O, 0.0)
     gain = np.zeros(6)
     for share, stable in ((0.5, True), (0.999, True), (1.001, False), (2.0, False)):
         gain[0] = share * k
@@ -331,7 +339,7 @@ def test_two_masses_on_a_spring_lose_regulation_at_the_stiffness_of_the_spring()
 
 def test_the_grasp_loses_regulation_near_the_contact_stiffness(reference):
     """Reference grasp, no sampling: all motions die out at K_O of the paper, and not at 1.3 / use times it."""
-    loop = linearise(load_scenario("target-a"))
+    loop = loop_of(load_scenario("target-a"))
     probe = probe_of(reference)
     assert loop.use == pytest.approx(examine(probe, probe.at(reference.grasp.state, 0.0), K_O).use, rel=1e-5)
     assert loop.growth(K_O) < 0.0 < loop.growth(1.3 / loop.use * K_O)
@@ -347,28 +355,28 @@ def test_growth_is_that_of_the_simulation(factor, begin, end):
     simulation._start.v[:] = np.random.default_rng(0).normal(0.0, 1e-6, 15)
     speed = np.linalg.norm(simulation.run().joint_velocity, axis=1)
     early, late = (speed[round(1e3 * time) : round(1e3 * time) + 150].max() for time in (begin, end))
-    growth = linearise(scenario).held_growth([K_O], 1e-3)[0]
+    growth = loop_of(scenario).held_growth([K_O], 1e-3)[0]
     assert np.log(late / early) / (end - begin) == pytest.approx(growth, rel=0.05) and growth > 1.0
 
 
 def test_a_relaxing_tip_is_between_its_two_springs():
     """One that relaxes at once is a tip with c_0 times the coefficients; one that takes its time damps."""
     quick = {"name": "fung", "shares": (0.3,), "rates": (1e7,)}
-    relaxing = linearise(load_scenario("target-a", {"fingertip.damping": quick}))
+    relaxing = loop_of(load_scenario("target-a", {"fingertip.damping": quick}))
     soft = {f"fingertip.{name}": 0.7 * value for name, value in dict(make_law()).items() if name != "radius"}
-    elastic = linearise(load_scenario("target-a", soft))
-    assert len(relaxing.A) == len(elastic.A) + 12
+    elastic = loop_of(load_scenario("target-a", soft))
+    assert len(relaxing.model.A) == len(elastic.model.A) + 12
     assert relaxing.use == pytest.approx(elastic.use, rel=1e-5)
     assert relaxing.growth(6.0 * K_O) == pytest.approx(elastic.growth(6.0 * K_O), rel=1e-3)
     slow = load_scenario("target-a", {"fingertip.damping": {**quick, "rates": (20.0,)}})
-    assert linearise(slow).growth(K_O) < elastic.growth(K_O) - 0.1
+    assert loop_of(slow).growth(K_O) < elastic.growth(K_O) - 0.1
 
 
 def test_a_scan_is_the_loop_at_each_stiffness(tmp_path):
     """Growth at the factor 1 is that of the scenario; a stiffer tip carries more gain; the figure is drawn."""
     scenario = load_scenario("target-a")
     found = scan(scenario, [1.0, 1.6], [0.5, 1.0, 2.0, 3.0, 4.0])
-    assert found.growth[1, 0] == pytest.approx(linearise(scenario).growth(K_O), abs=1e-6)
+    assert found.growth[1, 0] == pytest.approx(loop_of(scenario).growth(K_O), abs=1e-6)
     assert found.largest_gain(0) < found.largest_gain(1)
     assert 1.0 / found.use[0] == pytest.approx(found.largest_gain(0), rel=0.2)
     save_figure(draw_scan(found, "a scan", 1e-3), tmp_path / "scan.png")
@@ -384,8 +392,6 @@ def test_a_law_that_cannot_be_scaled_is_refused():
         def force(dr, dtheta, dphi, dpsi, phi, radius):
             """See the class."""
             return 1e3 * dr, 0.1 * dtheta, 0.1 * dphi, 0.01 * dpsi
-
-    from softhand.stability.scan import _scaling_fields
 
     with pytest.raises(LawError, match="Fixed"):
         _scaling_fields(Fixed(radius=0.01))

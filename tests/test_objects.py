@@ -18,6 +18,7 @@ from test_contact import coordinates_along, observe, slip_coordinates, slipping
 from softhand.assembly.build import build, simulate
 from softhand.assembly.parts import read_law
 from softhand.assembly.plant import read_grasp, read_world
+from softhand.closed_loop.lyapunov import lyapunov
 from softhand.errors import GraspError, ModelError, SimulationStopped, SofthandError
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
@@ -31,7 +32,6 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import load_scenario, with_law
-from softhand.stability.invariant_set import examine_run
 from softhand.start.grasp import faces_of
 from softhand.steppers.rk4 import RungeKutta4
 
@@ -557,4 +557,4 @@ def test_what_needs_plane_faces_says_so() -> None:
         simulate(load_scenario("can", {"controller": own, "duration": 0.01}))
     run = simulate(load_scenario("can", {"duration": 0.01}))
     with pytest.raises(ModelError, match=r"L of \(60\) is written for plane faces"):
-        examine_run(run)
+        lyapunov(run)

@@ -12,10 +12,10 @@ from hands import write_box
 import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.build import build
+from softhand.closed_loop.stability import stability
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.recording.events import find_events, phases_of
 from softhand.recording.recording import Recording
-from softhand.stability.loop import linearise
 from softhand.viewer.scene.recorded import RecordedScene
 
 NAME = "grasp-and-lift"
@@ -263,7 +263,7 @@ def test_letting_go_in_the_air_is_refused() -> None:
 def test_there_is_no_linear_loop_about_open_fingers() -> None:
     """`softhand stability` says so."""
     with pytest.raises(GraspError, match="start open"):
-        linearise(_load({"controller": {"name": "regulation"}}))
+        stability(_load({"controller": {"name": "regulation"}}))
 
 
 def test_in_a_grasp_it_is_regulation() -> None:

@@ -13,8 +13,10 @@ from test_grasp_quality import run, scenario_of
 from softhand.assembly.build import simulate
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
-from softhand.grasping.chains import approach, finger_chain, place_tip
-from softhand.grasping.proposals import PHI, PRESSING, RESERVE, USE, Proposal, propose_grasps
+from softhand.grasping.chains import finger_chain, place_tip, work_rows
+from softhand.grasping.inverse import approach
+from softhand.grasping.places import PHI, PRESSING, RESERVE
+from softhand.grasping.proposals import USE, Proposal, propose_grasps
 from softhand.grasping.quality import grasp_quality
 from softhand.scenario.scenario import Scenario, load_scenario
 from softhand.settings.toml import tomllib
@@ -33,7 +35,7 @@ def approached(name: str, target: np.ndarray) -> tuple[float, np.ndarray, np.nda
     angles = np.array(FINGER_GUESS)
     gap = approach(links, target, angles, lower, upper, np.empty((3, 3)))
     place = np.empty(3)
-    place_tip(links, angles, np.empty((3, 3)), place, np.empty((3, 3)))
+    place_tip(links, angles, np.empty((3, 3)), place, np.empty((3, 3)), np.empty((work_rows(3), 3)))
     return gap, angles, place, (lower, upper)
 
 

@@ -13,14 +13,15 @@ from softhand.analysis.energy import energy_ledger
 from softhand.assembly.parts import read_face_friction, read_laws
 from softhand.assembly.probe import Probe
 from softhand.checks.scenario import check_scenario
+from softhand.closed_loop.loop import close_loop
+from softhand.closed_loop.start import held_start
 from softhand.contact.friction import face_of
 from softhand.errors import ScenarioError
-from softhand.grasping.workspace import Workspace
+from softhand.grasping.poses import Poses
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario, with_law
 from softhand.settings.settings import read_settings
-from softhand.stability.loop import linearise
 from softhand.studies.compare import compare
 
 if sys.version_info >= (3, 11):
@@ -167,8 +168,8 @@ def test_tools_take_each_tip_as_it_is() -> None:
     assert energy_ledger(recording).residual[-1] == energy_ledger(recording, simulation.plant).residual[-1]
     assert Probe.of_scenario(scenario).laws == [tip.law for tip in simulation.plant.fingertips]
     same = load_scenario("target-a")
-    assert linearise(scenario).growth(np.zeros(6)) != linearise(same).growth(np.zeros(6))
-    np.testing.assert_array_equal(Workspace(scenario)._radius, [0.010, 0.012, 0.010])
+    assert close_loop(held_start(scenario)).growth() != close_loop(held_start(same)).growth()
+    np.testing.assert_array_equal(Poses(scenario).fingers.radius, [0.010, 0.012, 0.010])
 
 
 def test_the_check_up_shows_what_holds_at_each_tip() -> None:

@@ -10,8 +10,11 @@ from hands import CONTACT_POINTS, FINGER_GUESS, HAND_URDF, START_POSITION, Task
 
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
-from softhand.grasping.chains import finger_chain, place_tip, reach
-from softhand.grasping.workspace import Verdict, Workspace
+from softhand.grasping.chains import finger_chain, place_tip, work_rows
+from softhand.grasping.inverse import reach
+from softhand.grasping.poses import Poses
+from softhand.grasping.verdicts import Verdict
+from softhand.grasping.workspace import largest_box, ranges, share_held
 from softhand.model.arm import Arm
 from softhand.numerics.spatial import rotation_of
 from softhand.plots.style import save_figure
@@ -23,9 +26,9 @@ BASE_1 = np.array([0.055, 0.040, 0.0])  # finger 1, facing -x
 
 
 @pytest.fixture(scope="module")
-def workspace() -> Workspace:
+def poses() -> Poses:
     """Of the reference hand."""
-    return Workspace(load_scenario("target-a"))
+    return Poses(load_scenario("target-a"))
 
 
 def joint_2_to_tip(x: float) -> float:
@@ -54,7 +57,7 @@ def test_chains_are_the_hand(task: Task, rng):
     for index in range(task.world.n_tips):
         links, columns = finger_chain(task.world, index, angles)
         rotation, position, jacobian = np.empty((3, 3)), np.empty(3), np.empty((3, len(columns)))
-        place_tip(links, angles[columns], rotation, position, jacobian)
+        place_tip(links, angles[columns], rotation, position, jacobian, np.empty((work_rows(len(columns)), 3)))
         expected, axes = arm.tip(index)
         assert position == pytest.approx(expected, abs=1e-12) and rotation == pytest.approx(axes, abs=1e-12)
         assert jacobian == pytest.approx(arm.point_jacobian(index, expected)[:, columns], abs=1e-12)
@@ -68,21 +71,21 @@ def test_reach_finds_the_angles(task: Task, rng):
         links, columns = finger_chain(task.world, index, start)
         wanted = start[columns] + rng.normal(0.0, 0.1, len(columns))
         rotation, position, jacobian = np.empty((3, 3)), np.empty(3), np.empty((3, len(columns)))
-        place_tip(links, wanted, rotation, position, jacobian)
+        place_tip(links, wanted, rotation, position, jacobian, np.empty((work_rows(len(columns)), 3)))
         found = start[columns].copy()
         assert reach(links, position, found, rotation) and found == pytest.approx(wanted, abs=1e-8)
 
 
-def test_the_start_can_be_held_and_the_far_cannot(workspace):
+def test_the_start_can_be_held_and_the_far_cannot(poses):
     """The start is held; half a metre away is out of reach."""
-    verdicts = workspace.judge([workspace.start, workspace.start + 0.5 * np.eye(6)[0]])
-    assert list(verdicts.held) == [True, False] and workspace.describe(verdicts, 0) == "held"
-    assert verdicts.verdict[1] == Verdict.REACH and "out of reach" in workspace.describe(verdicts, 1)
+    verdicts = poses.judge([poses.start, poses.start + 0.5 * np.eye(6)[0]])
+    assert list(verdicts.held) == [True, False] and poses.describe(verdicts, 0) == "held"
+    assert verdicts.verdict[1] == Verdict.REACH and "out of reach" in poses.describe(verdicts, 1)
 
 
-def test_a_straight_finger_ends_the_range(workspace):
+def test_a_straight_finger_ends_the_range(poses):
     """Towards -x finger 1 is stretched where joint 2 and the tip are L2 + L3 apart."""
-    way = workspace.ranges()[0]
+    way = ranges(poses)[0]
     assert way.lower_end == "finger_1_tip out of reach"
     assert way.lower == pytest.approx(solve_x(L2 + L3), abs=2e-5)
 
@@ -94,16 +97,16 @@ def test_a_joint_limit_ends_the_range_where_the_law_of_cosines_says(tmp_path):
     assert joint
     file = tmp_path / "hand.urdf"
     file.write_text(before + joint + after.replace('lower="-0.1"', 'lower="1.0"', 1))
-    way = Workspace(load_scenario("target-a", {"hand.urdf": str(file)})).ranges()[0]
+    way = ranges(Poses(load_scenario("target-a", {"hand.urdf": str(file)})))[0]
     assert way.lower_end == "limit of finger_1_distal_flexion"
     assert way.lower == pytest.approx(solve_x(math.sqrt(L2**2 + L3**2 + 2.0 * L2 * L3 * math.cos(1.0))), abs=2e-5)
 
 
 @pytest.mark.parametrize(("coordinate", "side", "Phi"), [(2, "lower", 89.0), (3, "upper", 89.0), (1, "lower", 1.0)])
-def test_the_tip_ends_the_range_at_its_own_limits(workspace, coordinate, side, Phi):
+def test_the_tip_ends_the_range_at_its_own_limits(poses, coordinate, side, Phi):
     """Where a range ends at the apex or the rim, the angle of that contact by Pinocchio is that limit."""
-    way = workspace.ranges()[coordinate]
-    pose = workspace.start.copy()
+    way = ranges(poses)[coordinate]
+    pose = poses.start.copy()
     pose[coordinate] += getattr(way, side)
     scenario = load_scenario("target-a")
     world, angles = read_world(scenario), np.array(scenario.grasp.joint_guess)
@@ -118,25 +121,27 @@ def test_the_tip_ends_the_range_at_its_own_limits(workspace, coordinate, side, P
     assert math.degrees(math.asin(sin_Phi)) == pytest.approx(Phi, abs=0.1)
 
 
-def test_a_narrower_range_of_Phi_holds_less(workspace):
+def test_a_narrower_range_of_Phi_holds_less(poses):
     """Phi up to 75 deg allows fewer poses than up to 89 deg, and fewer than beyond the apex."""
     scenario = load_scenario("target-a")
-    shares = [Workspace(scenario, tuple(np.radians([1.0, far]))).share(samples=2048)[0] for far in (75.0, 89.0, 179.0)]
+    shares = [
+        share_held(Poses(scenario, tuple(np.radians([1.0, far]))), samples=2048)[0] for far in (75.0, 89.0, 179.0)
+    ]
     assert shares[0] < shares[1] < shares[2]
 
 
-def test_shares_add_up_and_a_small_box_is_held(workspace):
+def test_shares_add_up_and_a_small_box_is_held(poses):
     """Held and reasons are all poses; within the largest box all are held, a tenth further out they are not."""
-    held, reasons = workspace.share(samples=2048)
+    held, reasons = share_held(poses, samples=2048)
     assert held + sum(reasons.values()) == pytest.approx(1.0) and 0.2 < held < 0.9
-    factor = workspace.largest_box(samples=1024)
-    assert workspace.share(0.999 * factor * 0.020, 0.999 * factor * math.radians(30.0), samples=1024)[0] == 1.0
-    assert workspace.share(1.1 * factor * 0.020, 1.1 * factor * math.radians(30.0), samples=1024)[0] < 1.0
+    factor = largest_box(poses, samples=1024)
+    assert share_held(poses, 0.999 * factor * 0.020, 0.999 * factor * math.radians(30.0), samples=1024)[0] == 1.0
+    assert share_held(poses, 1.1 * factor * 0.020, 1.1 * factor * math.radians(30.0), samples=1024)[0] < 1.0
 
 
-def test_the_figure_is_drawn(workspace, tmp_path):
+def test_the_figure_is_drawn(poses, tmp_path):
     """Six planes; the middle of each is held."""
-    figure = draw_workspace(workspace, "poses", count=21)
+    figure = draw_workspace(poses, "poses", count=21)
     assert len(figure.axes) == 6
     for axes in figure.axes:
         assert axes.collections[0].get_array().reshape(21, 21)[10, 10] == Verdict.HELD
@@ -146,4 +151,4 @@ def test_the_figure_is_drawn(workspace, tmp_path):
 def test_a_start_out_of_reach_is_named():
     """A start that rigid tips do not reach is an error with the finger."""
     with pytest.raises(GraspError, match="finger_1_tip"):
-        Workspace(load_scenario("target-a", {"object.position": (0.0, 0.0, 1.0)}))
+        Poses(load_scenario("target-a", {"object.position": (0.0, 0.0, 1.0)}))

@@ -9,16 +9,16 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
+from softhand.contact.grasp_map import grasp_map
 from softhand.grasping.wrenches import (
     Contacts,
     closure_margin,
-    grasp_map,
+    grasp_matrix,
     is_force_closure,
     least_squeeze,
     primitive_wrenches,
     singular_values,
     tangents,
-    wrench,
 )
 
 
@@ -46,9 +46,17 @@ def turned(contacts: Contacts, rotation: np.ndarray) -> Contacts:
 
 def test_the_wrench_of_one_force() -> None:
     """An upward force out on +x turns the object about -y: the moment is p x f."""
-    np.testing.assert_array_equal(
-        wrench(np.array([0.0, 0.0, 2.0]), np.array([0.03, 0.0, 0.0])), [0.0, 0.0, 2.0, 0.0, -0.06, 0.0]
-    )
+    G = grasp_map(np.array([[0.03, 0.0, 0.0]]))
+    np.testing.assert_array_equal(G @ [0.0, 0.0, 2.0], [0.0, 0.0, 2.0, 0.0, -0.06, 0.0])
+
+
+def test_the_wrenches_of_some_forces_add_up() -> None:
+    """In general position: sum f and sum p x f, and the transpose is the velocity of the points of a moving body."""
+    rng = np.random.default_rng(3)
+    arms, forces, twist = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.normal(size=6)
+    G = grasp_map(arms)
+    np.testing.assert_allclose(G @ forces.ravel(), [*forces.sum(axis=0), *np.cross(arms, forces).sum(axis=0)])
+    np.testing.assert_allclose((G.T @ twist).reshape(4, 3), twist[:3] + np.cross(twist[3:], arms))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -65,7 +73,7 @@ def test_the_grasp_map_is_dual_to_the_velocities() -> None:
     """G^T takes a twist of the object to v + w x p of the contact points along (t_1, t_2, n) and n . w."""
     contacts, rng = ring_of(3), np.random.default_rng(0)
     v, w = rng.normal(size=3), rng.normal(size=3)
-    seen = (grasp_map(contacts).T @ np.concatenate([v, w])).reshape(3, 4)
+    seen = (grasp_matrix(contacts).T @ np.concatenate([v, w])).reshape(3, 4)
     for row, point, normal in zip(seen, contacts.points, contacts.normals, strict=True):
         speed = v + np.cross(w, point)
         np.testing.assert_allclose(row, [*(axis @ speed for axis in (*tangents(normal), normal)), normal @ w])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +15,7 @@ from softhand.assembly.probe import recorded_scenario, recorded_state
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
@@ -22,7 +24,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True, eq=False)
-class Ledger:
+class Ledger(Record):
     """Energy since the start of a run, at some of its samples; all arrays of shape (times,).
 
     Attributes:
@@ -36,6 +38,11 @@ class Ledger:
         slip: work of friction [J].
         is_spring: whether all laws are springs, see `is_spring`.
     """
+
+    units: ClassVar = {
+        "time": "s", "work": "J", "kinetic": "J", "gravity": "J", "elastic": "J", "damping": "J", "slip": "J",
+        "residual": "J", "lost": "J", "exchanged": "J",
+    }  # fmt: skip
 
     time: Array
     work: Array

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.probe import recorded_scenario
 from softhand.errors import RecordingError, SofthandError
+from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
-from softhand.recording.variables import VARIABLES
+from softhand.recording.variables import LABELLED_DIMS, VARIABLES
 from softhand.scenario.scenario import Scenario
 from softhand.version import __version__
 
@@ -23,7 +24,7 @@ _UNBOUND = ("friction_use", "limit_surface_use")
 
 
 @dataclass(frozen=True)
-class RecordingCheckup:
+class RecordingCheckup(Record):
     """What a recording has and what is doubtful about it.
 
     Attributes:
@@ -35,6 +36,10 @@ class RecordingCheckup:
     rows: list[tuple[str, str]]
     errors: list[str]
     warnings: list[str]
+
+    def tables(self, name: str) -> list[tuple[str, list[tuple[str, ...]]]]:
+        """Title and rows of each table, for a recording of that name."""
+        return [(name, list(self.rows))]
 
     def raise_errors(self, name: str) -> None:
         """One RecordingError of all errors, if there are any. Carries `.file`."""
@@ -70,9 +75,9 @@ def check_recording(recording: Recording) -> RecordingCheckup:
 
 
 def _expected(recording: Recording) -> list[str]:
-    """All arrays that a run with such contacts records."""
-    has_supports = "support" in recording.labels
-    return [name for name, variable in VARIABLES.items() if has_supports or "support" not in variable.dims]
+    """All arrays that a run with such contacts and pushes records."""
+    labelled = set(LABELLED_DIMS) - set(recording.labels)  # what this run had none of
+    return [name for name, variable in VARIABLES.items() if labelled.isdisjoint(variable.dims)]
 
 
 def _rows(recording: Recording) -> list[tuple[str, str]]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from softhand.errors import GraspError
 from softhand.model.shapes.shape import CurvedShape
 from softhand.model.urdf.examination import examine
 from softhand.model.world import World, slides_of
+from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -40,7 +41,7 @@ _JOINT_NEAR = math.radians(1.0)
 
 
 @dataclass(frozen=True)
-class Checkup:
+class Checkup(Record):
     """What a scenario says and what is doubtful about it.
 
     Attributes:
@@ -50,10 +51,20 @@ class Checkup:
         frequency: fastest angular frequency of hand and object on their contacts [rad/s].
     """
 
+    units: ClassVar = {"frequency": "rad/s"}
+
     values: list[tuple[str, str, str]]
     start: list[tuple[str, str]]
     warnings: list[str]
     frequency: float
+
+    def tables(self, name: str) -> list[tuple[str, list[tuple[str, ...]]]]:
+        """Title and rows of each table, for a scenario of that name."""
+        settings = [(key, value if unit in ("", "1") else f"{value} {unit}") for key, value, unit in self.values]
+        return [(name, list(settings)), ("at the start", list(self.start))]
+
+    def raise_errors(self, name: str) -> None:
+        """Nothing: a scenario with an error cannot be checked up."""
 
 
 def check_scenario(scenario: Scenario) -> Checkup:

@@ -29,81 +29,21 @@ def check(
     ending = Path(target).suffix.lower()
     if changes and ending in (".urdf", ".nc"):
         raise ScenarioError(f"--set changes a scenario; {target} is none.", key="set", value=changes)
-    if ending == ".urdf":
-        _check_urdf(Path(target), quiet)
-    elif ending == ".nc":
-        _check_recording(Path(target), quiet)
-    else:
-        _check_scenario(target, changes, quiet)
-
-
-def _check_urdf(file: Path, quiet: bool) -> None:
-    from softhand.model.urdf.examination import examine
-    from softhand.model.urdf.reading import parse_urdf, read_text
-
-    text = read_text(file)
-    examination = examine(text, file, folder=file.parent)
-    if not quiet:
-        _print_warnings([f"{file}, {finding}" for finding in examination.findings.warnings])
-    examination.findings.raise_errors()
-    model = parse_urdf(text, file, examination.is_object, file.parent)
-    tree = examination.tree
-    if quiet or tree is None:
-        return
-    moving = [joint for joint in tree.joints if joint.is_moving]
-    carriers = {joint.parent for joint in tree.joints}
-    rows = [
-        ("kind", "object" if examination.is_object else "hand"),
-        ("links", f"{len(tree.links)}, root {tree.root}"),
-        ("joints", f"{len(moving)} moving, {len(tree.joints) - len(moving)} fixed"),
-        ("moving mass", f"{sum(inertia.mass for inertia in list(model.inertias)[1:]):.4g} kg"),
-    ]
-    if moving:
-        rows.append(("ends", ", ".join(name for name in tree.links if name not in carriers)))
-    print_table(str(file), rows)
-    console().print(f"{escape(str(file))}: no errors", highlight=False)
-
-
-def _check_scenario(target: str, changes: list[str], quiet: bool) -> None:
     from softhand.scenario.file import parse_override
-    from softhand.scenario.scenario import load_scenario
 
-    scenario = load_scenario(target, dict(parse_override(change) for change in changes))
-    say_compiling(quiet)
-    from softhand.checks.scenario import check_scenario
+    values = dict(parse_override(change) for change in changes)
+    say_compiling(quiet or ending == ".urdf")
+    from softhand.checks.check import check as find_faults
 
-    checkup = check_scenario(scenario)
-    if quiet:
-        return
-    print_table(
-        target, [(key, value if unit in ("", "1") else f"{value} {unit}") for key, value, unit in checkup.values]
-    )
-    print_table("at the start", checkup.start)
-    _print_warnings(checkup.warnings)
-    _print_verdict(target, len(checkup.warnings))
-
-
-def _check_recording(file: Path, quiet: bool) -> None:
-    from softhand.recording.recording import Recording
-
-    recording = Recording.load(file)
-    say_compiling(quiet)
-    from softhand.checks.recording import check_recording
-
-    checkup = check_recording(recording)
+    found = find_faults(target, values)
     if not quiet:
-        print_table(str(file), checkup.rows)
-        _print_warnings([f"{file}: {warning}" for warning in checkup.warnings])
-    checkup.raise_errors(str(file))
+        for title, rows in found.tables(target):
+            print_table(title, rows)
+        about = f"{target}: " if ending == ".nc" else ""
+        for warning in found.warnings:
+            console().print(f"[yellow]warning:[/] {escape(about + warning)}", highlight=False, soft_wrap=True)
+    found.raise_errors(target)
     if not quiet:
-        _print_verdict(str(file), len(checkup.warnings))
-
-
-def _print_verdict(target: str, warnings: int) -> None:
-    text = f"{target}: no errors, {warnings} warning{'' if warnings == 1 else 's'}"
-    console().print(escape(text), highlight=False)
-
-
-def _print_warnings(warnings: list[str]) -> None:
-    for warning in warnings:
-        console().print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
+        count = len(found.warnings)
+        text = f"{target}: no errors, {count} warning{'' if count == 1 else 's'}"
+        console().print(escape(text), highlight=False)

@@ -90,9 +90,18 @@ def progress(what: str, total: float, quiet: bool) -> Iterator[Progress | None]:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=error_console(), transient=True) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done)
+    bar = Progress(*columns, console=error_console(), transient=True)
+    task = bar.add_task(what, total=total)
+
+    def report(done: float) -> None:
+        bar.start()  # not before there is something to tell: an error of the first steps stands alone
+        bar.update(task, completed=done)
+
+    try:
+        yield report
+    finally:
+        if bar.live.is_started:
+            bar.stop()
 
 
 _WORD = 20  # letters of a label that stay on one line in a narrow console

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,10 +11,7 @@ from softhand.commands.app import app
 from softhand.commands.console import Plugins, Quiet, Set, check_figure, console, print_table, progress, say_compiling
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from softhand.grasping.proposals import Proposal
-    from softhand.grasping.quality import FingerQuality
+    from softhand.grasping.proposals import Proposals
 
 
 @app.command(epilog="Example: softhand grasp target-a --set object.mass=0.3; softhand grasp my.toml --place --propose")
@@ -55,9 +51,8 @@ def grasp(
             placement = place_object(chosen, progress=report)
         chosen = placement.scenario
         if not quiet:
-            x, y, z = chosen.object.position
-            gain = f"room {placement.room:.2f}, before {placement.room_before:.2f}"
-            console().print(f"object.position = [{x:g}, {y:g}, {z:g}]  # [m], {gain}", highlight=False, markup=False)
+            for key, value in placement.rows():
+                console().print(f"{key} = {value}", highlight=False, markup=False)
     if propose:
         from softhand.grasping.proposals import propose_grasps
 
@@ -78,35 +73,8 @@ def grasp(
         raise quality.refusal
 
 
-def _reserve(fingers: Sequence[FingerQuality]) -> str:
-    """The least distance of a joint to its limits, and of a slide."""
-    import numpy as np
-
-    slides = np.concatenate([finger.slides for finger in fingers])
-    reserve = np.concatenate([finger.reserve for finger in fingers])
-    texts = []
-    if not slides.all():
-        texts.append(f"{np.degrees(reserve[~slides].min()):.0f} deg")
-    if slides.any():
-        texts.append(f"{1e3 * reserve[slides].min():.0f} mm")
-    return ", ".join(texts)
-
-
-def _print_proposals(proposals: list[Proposal]) -> None:
-    rows = [("", "margin", "friction use", "torque use", "to a limit", "Phi")]
-    for k, proposal in enumerate(proposals, start=1):
-        fingers = proposal.quality.fingers
-        rows.append(
-            (
-                f"proposal {k}",
-                f"{proposal.margin:.3f} N per newton",
-                f"{max(finger.friction_use for finger in fingers):.2f}",
-                f"{100.0 * max(finger.torque_use.max() for finger in fingers):.0f} %",
-                _reserve(fingers),
-                ", ".join(f"{math.degrees(finger.Phi):.0f}" for finger in fingers) + " deg",
-            )
-        )
-    print_table("proposals, best first", rows)
+def _print_proposals(proposals: Proposals) -> None:
+    print_table("proposals, best first", proposals.rows())
     for k, proposal in enumerate(proposals, start=1):
         console().print(f"# proposal {k}", highlight=False)
         console().print(proposal.section(), highlight=False, markup=False, soft_wrap=True)

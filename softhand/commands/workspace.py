@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, Set, check_figure, console, print_table, progress, say_compiling
 from softhand.errors import ScenarioError
-
-if TYPE_CHECKING:
-    from softhand.grasping.workspace import Workspace
-
-_POSES = 32768
 
 
 @app.command(epilog="Example: softhand workspace target-a --phi-max 80 --out reach.pdf")
@@ -37,36 +32,17 @@ def workspace(
         )  # fmt: skip
     check_figure(out)
     say_compiling(quiet)
-    from softhand.grasping.workspace import Workspace
+    from softhand.grasping.workspace import POSES
+    from softhand.grasping.workspace import workspace as find_workspace
     from softhand.plots.style import save_figure
     from softhand.plots.workspace import draw_workspace
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
-    space = Workspace(chosen, (math.radians(phi_min), math.radians(phi_max)))
-    with progress("asking for poses", float(_POSES), quiet) as report:
-        held, reasons = space.share(samples=_POSES, progress=report)
-    save_figure(draw_workspace(space, f"Poses that can be held, about the start of {Path(scenario).stem}"), out)
+    with progress("asking for poses", float(POSES), quiet) as report:
+        found = find_workspace(chosen, (math.radians(phi_min), math.radians(phi_max)), report)
+    save_figure(draw_workspace(found.poses, f"Poses that can be held, about the start of {Path(scenario).stem}"), out)
     if not quiet:
-        _print(space, scenario, held, reasons)
+        print_table(f"{scenario}: moves of the object from the start", found.rows())
         console().print(f"wrote {out}", highlight=False)
-
-
-def _print(space: Workspace, name: str, held: float, reasons: dict[str, float]) -> None:
-    from softhand.grasping.workspace import PAPER_ANGLE, PAPER_POSITION
-
-    rows: list[tuple[str, str]] = []
-    for way in space.ranges():
-        scale, unit, paper = (1e3, "mm", PAPER_POSITION) if way.name in "xyz" else (180.0 / math.pi, "deg", PAPER_ANGLE)
-        for end, far, why in (("-", way.lower, way.lower_end), ("+", way.upper, way.upper_end)):
-            short = ", less than the paper's" if abs(far) < paper else ""
-            rows.append((f"{end}{way.name} alone", f"{scale * far:+.1f} {unit}  ({why}{short})"))
-    box = f"±{1e3 * PAPER_POSITION:g} mm, ±{math.degrees(PAPER_ANGLE):g} deg"
-    rows.append((f"held within {box}", f"{100.0 * held:.1f} % of all poses"))
-    rows += [("" if k else "of the others", f"{100.0 * share:.1f} %  {why}")
-             for k, (why, share) in enumerate(list(reasons.items())[:3])]  # fmt: skip
-    factor = space.largest_box()
-    far, turn = 1e3 * factor * PAPER_POSITION, math.degrees(factor * PAPER_ANGLE)
-    rows.append(("all held within", f"±{far:.3g} mm, ±{turn:.3g} deg"))
-    print_table(f"{name}: moves of the object from the start", rows)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from softhand.contact.grasp_map import grasp_map
 from softhand.contact.pairs import contact_pairs
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal
@@ -61,7 +62,7 @@ class PointContact(Controller):
         if self.torsion_compensation:
             wrench[3:] -= normal.T @ observation.tau_C
         f_d = np.empty(J_f.shape[0])
-        least_norm(np.ascontiguousarray(_grasp_map(point - observation.object_position).T), True, wrench, f_d)
+        least_norm(np.ascontiguousarray(grasp_map(point - observation.object_position).T), True, wrench, f_d)
         f_d += _squeeze(point, observation.desired.internal_force)
         tau = J_f.T @ f_d + observation.N_F - K_v * observation.joint_velocity
         if self.torsion_compensation:
@@ -79,11 +80,6 @@ class PointContact(Controller):
         )
         moment += self.K_orientation * rotation_vector(observation.object_rotation, rotation_of(desired[3:]))
         return np.concatenate([force, moment])
-
-
-def _grasp_map(arms: Any) -> Any:
-    """G_f: wrench about the origin of the arms from the forces at their ends, world axes, shape (6, 3 nc)."""
-    return np.vstack([np.tile(np.eye(3), len(arms)), np.hstack(list(cross_matrix(arms)))])
 
 
 def _squeeze(point: Any, magnitudes: Any) -> Any:

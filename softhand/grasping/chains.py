@@ -1,4 +1,4 @@
-"""Fingers as chains of joints, and their joint angles for many tip positions at once, compiled."""
+"""Fingers as chains of joints, and where their tips are, compiled."""
 
 from __future__ import annotations
 
@@ -21,12 +21,6 @@ LINK = np.dtype(
     ]
 )
 """One joint of a chain."""
-
-_ITERATIONS = 30
-_MOST_STEPS = 60  # of `approach`
-_REACHED = 1e-10  # [m]
-_LONGEST = 0.3  # [rad, m] longest Newton step of a joint
-_STRETCHED = 1e-9  # pivots below this share of the largest count as zero: a stretched finger
 
 
 def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.void], list[int]]:
@@ -65,7 +59,13 @@ def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.vo
 
 
 @compiled
-def place_tip(links, angles, rotation, position, jacobian):
+def work_rows(joints):
+    """Rows of the scratch of `place_tip`."""
+    return 2 * joints + 6
+
+
+@compiled
+def place_tip(links, angles, rotation, position, jacobian, work):
     """Pose of a finger frame F and the Jacobian of its origin.
 
     Args:
@@ -74,44 +74,37 @@ def place_tip(links, angles, rotation, position, jacobian):
         rotation: axes of F in the world, set, shape (3, 3).
         position: origin of F in the world [m], set, shape (3,).
         jacobian: velocity of the origin of F from the rates of the joints, set, shape (3, joints).
+        work: scratch, shape (work_rows(joints), 3).
     """
     joints = angles.shape[0]
-    axes, origins = np.empty((joints, 3)), np.empty((joints, 3))
-    turned, before = np.empty((3, 3)), np.empty((3, 3))
+    axes, origins = work[:joints], work[joints : 2 * joints]
+    turned, before = work[2 * joints : 2 * joints + 3], work[2 * joints + 3 :]
     for i in range(3):
         position[i] = 0.0
         for j in range(3):
             rotation[i, j] = 1.0 if i == j else 0.0
+    # out along the chain: each frame in the world by way of the one before it
     for k in range(joints + 1):
         link = links[k]
         for i in range(3):
             for j in range(3):
                 position[i] += rotation[i, j] * link.position[j]
+        _multiply(rotation, link.rotation, before)
         for i in range(3):
             for j in range(3):
-                before[i, j] = 0.0
-                for m in range(3):
-                    before[i, j] += rotation[i, m] * link.rotation[m, j]
+                rotation[i, j] = before[i, j]
         if k == joints:
-            rotation[:] = before
             break
-        x, y, z = link.axis[0], link.axis[1], link.axis[2]
         for i in range(3):
-            axes[k, i] = before[i, 0] * x + before[i, 1] * y + before[i, 2] * z
+            axes[k, i] = before[i, 0] * link.axis[0] + before[i, 1] * link.axis[1] + before[i, 2] * link.axis[2]
             origins[k, i] = position[i]
         if link.slides:
             for i in range(3):
                 position[i] += axes[k, i] * angles[k]
-            rotation[:] = before
-            continue
-        c, s = math.cos(angles[k]), math.sin(angles[k])
-        d = 1.0 - c
-        turned[0, 0], turned[0, 1], turned[0, 2] = c + d * x * x, d * x * y - s * z, d * x * z + s * y
-        turned[1, 0], turned[1, 1], turned[1, 2] = d * x * y + s * z, c + d * y * y, d * y * z - s * x
-        turned[2, 0], turned[2, 1], turned[2, 2] = d * x * z - s * y, d * y * z + s * x, c + d * z * z
-        for i in range(3):
-            for j in range(3):
-                rotation[i, j] = before[i, 0] * turned[0, j] + before[i, 1] * turned[1, j] + before[i, 2] * turned[2, j]
+        else:
+            _turn(link.axis, angles[k], turned)
+            _multiply(before, turned, rotation)
+    # a slide moves the tip along its axis a, a hinge by a x (position - origin)
     for k in range(joints):
         if links[k].slides:
             for i in range(3):
@@ -124,110 +117,19 @@ def place_tip(links, angles, rotation, position, jacobian):
 
 
 @compiled
-def reach(links, target, angles, rotation):
-    """Newton's iteration with steps of least norm, from `angles`, without regard to joint limits.
-
-    Args:
-        links: as in `place_tip`.
-        target: of the origin of F [m], shape (3,).
-        angles: start on entry, result on return [rad or m], shape (joints,).
-        rotation: axes of F at the result, set, shape (3, 3).
-
-    Returns:
-        Whether the target was reached.
-    """
-    joints = angles.shape[0]
-    position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
-    for _ in range(_ITERATIONS):
-        place_tip(links, angles, rotation, position, jacobian)
-        left = 0.0
-        for i in range(3):
-            miss[i] = target[i] - position[i]
-            left += miss[i] * miss[i]
-        if math.sqrt(left) <= _REACHED:
-            return True
-        for i in range(3):
-            for j in range(3):
-                gram[i, j] = 0.0
-                for k in range(joints):
-                    gram[i, j] += jacobian[i, k] * jacobian[j, k]
-        if not _solve3(gram, miss):
-            return False
-        longest = 0.0
-        for k in range(joints):
-            step = jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2]
-            longest = max(longest, abs(step))
-        share = min(1.0, _LONGEST / longest) if longest > 0.0 else 1.0
-        for k in range(joints):
-            angles[k] += share * (jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2])
-    return False
+def _multiply(A, B, out):
+    """out = A B, shape (3, 3) each."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
 @compiled
-def approach(links, target, angles, lower, upper, rotation):
-    """As near to a target as the joint limits allow: steps of least squares, damped by what is missed.
-
-        step = J^T (J J^T + |miss|^2 I)^-1 miss
-
-    Unlike `reach` it stays within the limits and takes fingers that cannot move in all directions.
-
-    Args:
-        links: as in `place_tip`.
-        target: of the origin of F [m], shape (3,).
-        angles: start on entry, result on return [rad or m], shape (joints,).
-        lower: limits of the joints, may be infinite, shape (joints,).
-        upper: likewise.
-        rotation: axes of F at the result, set, shape (3, 3).
-
-    Returns:
-        The distance that is left [m].
-    """
-    joints = angles.shape[0]
-    position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
-    left = math.inf
-    for _ in range(_MOST_STEPS):
-        place_tip(links, angles, rotation, position, jacobian)
-        before, left = left, 0.0
-        for i in range(3):
-            miss[i] = target[i] - position[i]
-            left += miss[i] * miss[i]
-        if math.sqrt(left) <= _REACHED or abs(before - left) <= 1e-12 * left:
-            break
-        spread = 0.0
-        for i in range(3):
-            for j in range(3):
-                gram[i, j] = 0.0
-                for k in range(joints):
-                    gram[i, j] += jacobian[i, k] * jacobian[j, k]
-            spread += gram[i, i]
-        for i in range(3):
-            gram[i, i] += left + 1e-8 * spread
-        _solve3(gram, miss)
-        longest = 0.0
-        for k in range(joints):
-            step = jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2]
-            longest = max(longest, abs(step))
-        share = min(1.0, _LONGEST / longest) if longest > 0.0 else 1.0
-        for k in range(joints):
-            step = jacobian[0, k] * miss[0] + jacobian[1, k] * miss[1] + jacobian[2, k] * miss[2]
-            angles[k] = min(max(angles[k] + share * step, lower[k]), upper[k])
-    return math.sqrt(left)
-
-
-@compiled
-def _solve3(A, b):
-    """b = A^-1 b for a symmetric positive definite A, shape (3, 3); False if it is singular. A is lost."""
-    largest = max(A[0, 0], A[1, 1], A[2, 2])
-    for k in range(3):
-        if not A[k, k] > _STRETCHED * largest:
-            return False
-        for i in range(k + 1, 3):
-            factor = A[i, k] / A[k, k]
-            for j in range(k, 3):
-                A[i, j] -= factor * A[k, j]
-            b[i] -= factor * b[k]
-    for i in range(2, -1, -1):
-        for j in range(i + 1, 3):
-            b[i] -= A[i, j] * b[j]
-        b[i] /= A[i, i]
-    return True
+def _turn(axis, angle, out):
+    """Rotation by an angle [rad] about a unit axis, by Rodrigues, shape (3, 3)."""
+    x, y, z = axis[0], axis[1], axis[2]
+    c, s = math.cos(angle), math.sin(angle)
+    d = 1.0 - c
+    out[0, 0], out[0, 1], out[0, 2] = c + d * x * x, d * x * y - s * z, d * x * z + s * y
+    out[1, 0], out[1, 1], out[1, 2] = d * x * y + s * z, c + d * y * y, d * y * z - s * x
+    out[2, 0], out[2, 1], out[2, 2] = d * x * z - s * y, d * y * z + s * x, c + d * z * z

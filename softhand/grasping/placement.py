@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from softhand.errors import GraspError
 from softhand.grasping.quality import GraspQuality, quality_in
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 from softhand.scenario.scenario import Scenario
 
 _FIRST, _LAST = 8e-3, 0.5e-3  # [m] steps of the search
@@ -21,7 +23,7 @@ _MOST = 120  # positions tried
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class Placement(Record):
     """A position that was found.
 
     Attributes:
@@ -31,10 +33,25 @@ class Placement:
         room_before: that of the position asked for.
     """
 
+    units: ClassVar = {"object_position": "m", "room": "1", "room_before": "1"}
+    unreported: ClassVar = frozenset({"scenario"})
+
     scenario: Scenario
     quality: GraspQuality
     room: float
     room_before: float
+
+    @property
+    def object_position(self) -> Array:
+        """Where the object is [m], shape (3,)."""
+        return np.array(self.scenario.object.position)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Key and value of the place, with what was gained."""
+        x, y, z = self.object_position
+        return [
+            ("object.position", f"[{x:g}, {y:g}, {z:g}]  # [m], room {self.room:.2f}, before {self.room_before:.2f}")
+        ]
 
 
 def place_object(scenario: Scenario, span: float = 0.04, progress: Callable[[float], None] | None = None) -> Placement:

@@ -12,10 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from softhand.contact.grasp_map import grasp_map
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 
 EDGES = 8
 """Of the linearised friction cone; inscribed, so that the margin is on the safe side by up to 8 %."""
@@ -25,7 +28,7 @@ _MOST_CUTS = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class Contacts(Record):
     """Soft fingers against an object; nc contacts.
 
     Attributes:
@@ -35,6 +38,8 @@ class Contacts:
         torsion_length: tau_max / (mu f_z) of each contact [m], zero for a hard finger, shape (nc,).
         length: L, by which moments are compared with forces [m].
     """
+
+    units: ClassVar = {"points": "m", "normals": "1", "friction": "1", "torsion_length": "m", "length": "m"}
 
     points: Array
     normals: Array
@@ -65,13 +70,8 @@ def tangents(normal: Array) -> tuple[Array, Array]:
     return first, np.cross(normal, first)
 
 
-def wrench(force: Array, point: Array, moment: Array | float = 0.0) -> Array:
-    """w = (f, p x f + m) of a force [N] and a moment [N m] on the object at a point [m], shape (6,)."""
-    return np.concatenate([force, np.cross(point, force) + moment])
-
-
-def grasp_map(contacts: Contacts, has_torsion: bool = True) -> Array:
-    """G: wrench on the object from the contact forces, [Murray] Eq. (5.6).
+def grasp_matrix(contacts: Contacts, has_torsion: bool = True) -> Array:
+    """G in contact frames: wrench on the object from the contact forces, [Murray] Eq. (5.6).
 
     Args:
         contacts: the contacts.
@@ -82,11 +82,11 @@ def grasp_map(contacts: Contacts, has_torsion: bool = True) -> Array:
         wrenches on the object, [N] and [N m]; shape (6, 4 nc) or (6, 3 nc).
     """
     columns = []
-    for point, normal in zip(contacts.points, contacts.normals, strict=True):
-        columns += [wrench(axis, point) for axis in (*tangents(normal), normal)]
+    for by_force, normal in zip(np.hsplit(grasp_map(contacts.points), len(contacts)), contacts.normals, strict=True):
+        columns.append(by_force @ np.column_stack([*tangents(normal), normal]))
         if has_torsion:
-            columns.append(wrench(np.zeros(3), point, normal))
-    return np.column_stack(columns)
+            columns.append(np.concatenate([np.zeros(3), normal])[:, None])
+    return np.hstack(columns)
 
 
 def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
@@ -95,7 +95,7 @@ def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
     Lengths are counted in L: moments M / L, torsions tau / L. A value of zero means a wrench that no contact force of
     any size answers.
     """
-    G = grasp_map(contacts, has_torsion)
+    G = grasp_matrix(contacts, has_torsion)
     G[3:] /= contacts.length
     if has_torsion:
         G[:, 3::4] *= contacts.length
@@ -115,15 +115,12 @@ def primitive_wrenches(contacts: Contacts, edges: int = EDGES) -> Array:
         [N], shape (contacts, corners, 6) by contact, the corners of a hard finger filled up with its normal.
     """
     angles = 2.0 * np.pi * np.arange(edges) / edges
-    rows = []
-    for point, normal, mu, reach in zip(
-        contacts.points, contacts.normals, contacts.friction, contacts.torsion_length, strict=True
-    ):
-        t_1, t_2 = tangents(normal)
-        forces = [normal + mu * (np.cos(a) * t_1 + np.sin(a) * t_2) for a in angles]
-        turned = [wrench(normal, point, sign * mu * reach * normal) for sign in (1.0, -1.0)]
-        rows.append([*(wrench(force, point) for force in forces), *turned])
-    wrenches = np.array(rows)
+    pushed = np.column_stack([np.cos(angles), np.sin(angles), np.ones(edges), np.zeros(edges)])
+    turned = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, -1.0]])
+    mu, reach = contacts.friction, contacts.torsion_length
+    scale = np.column_stack([mu, mu, np.ones(len(mu)), mu * reach])
+    forces = np.vstack([pushed, turned]) * scale[:, None]
+    wrenches = np.einsum("rcf,ckf->ckr", grasp_matrix(contacts).reshape(6, len(mu), 4), forces)
     wrenches[..., 3:] /= contacts.length
     return wrenches
 

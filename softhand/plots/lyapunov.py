@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from softhand.closed_loop.invariant_set import InvariantSeries
+from softhand.closed_loop.lyapunov import Lyapunov
 from softhand.plots.panels import draw_legend, draw_title, finish, from_top, new_figure, panel, split
 from softhand.plots.style import DASHED, FINGERS, STYLE, WARNING
-from softhand.stability.invariant_set import InvariantSeries
-from softhand.stability.lyapunov import Lyapunov
 
 _PARTS = {"V": "black", "kinetic energy": FINGERS[0], "spring K_O": FINGERS[2], "P of the tips": FINGERS[1]}
 _TERMS = {

@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from softhand.closed_loop.scan import Scan
 from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
 from softhand.plots.style import DASHED, STYLE
-from softhand.stability.scan import Scan
 
 _SLOWEST, _FASTEST = 0.1, 300.0  # [1/s] ends of the colours
 

@@ -11,7 +11,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from softhand.grasping.workspace import COORDINATES, PAPER_ANGLE, PAPER_POSITION, Workspace
+from softhand.grasping.poses import COORDINATES, Poses
+from softhand.grasping.workspace import PAPER_ANGLE, PAPER_POSITION
 from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
 from softhand.plots.style import DASHED, DEGREES, STYLE
 
@@ -27,7 +28,7 @@ _PLANES = ((0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5))
 
 
 def draw_workspace(
-    workspace: Workspace, title: str, half: tuple[float, float] = (0.060, np.radians(60.0)), count: int = 161
+    workspace: Poses, title: str, half: tuple[float, float] = (0.060, np.radians(60.0)), count: int = 161
 ) -> Figure:
     """Six planes through the start: translations without rotation, rotations without translation.
 
@@ -51,7 +52,7 @@ def draw_workspace(
     return figure
 
 
-def _draw_plane(axes: Axes, workspace: Workspace, plane: tuple[int, int], half: float, count: int) -> None:
+def _draw_plane(axes: Axes, workspace: Poses, plane: tuple[int, int], half: float, count: int) -> None:
     turns = plane[0] >= 3
     scale, unit = (DEGREES, "deg") if turns else (1e3, "mm")
     one, two, verdicts = workspace.map(*plane, (half, half), count)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from softhand.contact.grasp_map import grasp_map
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
 from softhand.model.arm import Arm
@@ -37,9 +37,9 @@ def contact_forces(
     inertia = world.model.inertias[world.object_joint]
     weight = -inertia.mass * world.model.gravity.linear
     load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
-    grasp_map = np.hstack([np.vstack([np.eye(3), pin.skew(point - position)]) for point in points])
-    carried = np.linalg.pinv(grasp_map, rcond=1e-9) @ load
-    residual = grasp_map @ carried - load
+    G = grasp_map(np.array(points) - position)
+    carried = np.linalg.pinv(G, rcond=1e-9) @ load
+    residual = G @ carried - load
     if np.linalg.norm(residual) > 1e-9 * (1.0 + np.linalg.norm(load)):
         raise GraspError(
             f"the contacts cannot carry the object: {np.linalg.norm(residual[:3]):.3g} N and "

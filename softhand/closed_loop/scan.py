@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from softhand.assembly.parts import read_laws
-from softhand.assembly.plant import read_world
+from softhand.closed_loop.gain_loop import close_gain_loop
+from softhand.closed_loop.start import held_start
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 from softhand.scenario.scenario import Scenario
-from softhand.stability.loop import linearise
-from softhand.stability.regulation import read_gains
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class Scan(Record):
     """Growth rates over the stiffness of the tips and the gain K_O.
 
     Attributes:
@@ -28,6 +29,8 @@ class Scan:
         held_growth: the same with the torque held for the control period, shape (g, s).
         use: largest eigenvalue of K_c^-1 K_O at the gain factor 1, shape (s,).
     """
+
+    units: ClassVar = {"stiffness": "1", "gain": "1", "growth": "1/s", "held_growth": "1/s", "use": "1"}
 
     stiffness: Array
     gain: Array
@@ -55,37 +58,31 @@ def scan(
     """Where regulation is lost: K_O against the stiffness of the contacts.
 
     Args:
-        scenario: whose start is held; controller `regulation`.
+        scenario: whose start is held, with the controller `regulation`.
         stiffness: factors on the coefficients of the law.
         gain: factors on K_O.
         progress: called with the number of stiffnesses done.
 
     Raises:
         LawError: the law has no coefficients that scale its force.
-        RecordingError: another controller.
     """
     laws = [(law, _scaling_fields(law)) for law in read_laws(scenario)]
-    K_O = scenario_gains(scenario)
     held, continuous = np.full((len(gain), len(stiffness)), np.nan), np.full((len(gain), len(stiffness)), np.nan)
     use = np.full(len(stiffness), np.nan)
     for s, factor in enumerate(stiffness):
         scaled = [law.model_copy(update={name: factor * getattr(law, name) for name in names}) for law, names in laws]
         try:
-            loop = linearise(scenario, scaled)
+            start = held_start(scenario, scaled)
         except GraspError:  # so soft that the tips are pressed flat
             continue
+        loop = close_gain_loop(start)
         use[s] = loop.use
-        every = [share * K_O for share in gain]
+        every = [share * loop.K_O for share in gain]
         continuous[:, s] = [loop.growth(gains) for gains in every]
-        held[:, s] = loop.held_growth(every, scenario.control_period)
+        held[:, s] = loop.held_growth(every, start.period)
         if progress is not None:
             progress(s + 1.0)
     return Scan(np.asarray(stiffness, dtype=float), np.asarray(gain, dtype=float), continuous, held, use)
-
-
-def scenario_gains(scenario: Scenario) -> Array:
-    """Diagonal of K_O of a scenario with the controller `regulation`, shape (6,)."""
-    return read_gains(scenario, read_world(scenario).n_joints, len(scenario.grasp.internal_force)).K_O
 
 
 def _scaling_fields(law: Law) -> list[str]:

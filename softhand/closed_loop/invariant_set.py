@@ -20,18 +20,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
-import pinocchio as pin
 
-from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
+from softhand.assembly.probe import Probe
+from softhand.contact.grasp_map import grasp_map
 from softhand.errors import ModelError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
-from softhand.numerics.spatial import rotation_of
-from softhand.recording.recording import Recording
+from softhand.numerics.record import Record
+from softhand.numerics.spatial import rotation_of, turning_of
 from softhand.sensing.observation import Observation
-from softhand.stability.regulation import read_gains
 
 _STEP = 1e-6
 _FORCE_ROWS = [0, 1, 2, 5]  # of a twist: B_C of (42)
@@ -66,39 +66,25 @@ class _Plane:
     offset: float
 
 
-def examine(probe: Probe, seen: Observation, K_O: Array) -> InvariantSet:
+def examine(probe: Probe, observation: Observation, K_O: Array) -> InvariantSet:
     """L and the contact stiffness at the state that was last given to a probe.
 
     Args:
         probe: at the state.
-        seen: what it returned.
+        observation: what it returned.
         K_O: diagonal of the gain, shape (6,).
 
     Raises:
         ModelError: a tip touches a curved surface.
     """
-    nc = len(probe.laws)
-    if any(fingertip.face.is_curved for fingertip in probe.plant.fingertips):
-        raise ModelError(
-            f"{probe.plant.world.object_urdf}: L of (60) is written for plane faces, and this object is curved where "
-            "it is touched; `softhand stability` takes it.",
-            file=str(probe.plant.world.object_urdf),
-        )
-    planes = [_Plane(law, fingertip.face.normal, fingertip.face.tangent, fingertip.face.offset)
-              for law, fingertip in zip(probe.laws, probe.plant.fingertips, strict=True)]  # fmt: skip
-    inertia = probe.plant.world.model.inertias[probe.plant.world.object_joint]
-    weight = -inertia.mass * probe.plant.world.model.gravity.linear
-
-    def load(q_O: Array) -> Array:
-        lever = np.cross(rotation_of(q_O[3:].tolist()) @ inertia.lever, weight)
-        return euler_map(q_O[3:]).T @ np.concatenate([weight, lever])
-
+    nc, planes = len(probe.laws), _planes(probe)
     by_q, by_delta, by_eta = np.zeros((6, 6)), np.zeros((6, 4 * nc)), np.zeros((6, 5 * nc))
     H_D_O, H_D_delta = np.zeros((5 * nc, 6)), np.zeros((5 * nc, 4 * nc))
     J_O, J_delta = np.zeros((4 * nc, 6)), np.zeros((4 * nc, 4 * nc))
     for i, plane in enumerate(planes):
-        H, D_delta, D_O = _contact_maps(plane, seen.q_O, seen.deformation[i], seen.eta[i])
-        slope = _differences(partial(_share, plane), np.concatenate([seen.q_O, seen.deformation[i], seen.eta[i]]))
+        q_O, delta, eta = observation.q_O, observation.deformation[i], observation.eta[i]
+        H, D_delta, D_O = _contact_maps(plane, q_O, delta, eta)
+        slope = _differences(partial(_share, plane), np.concatenate([q_O, delta, eta]))
         five, four = slice(5 * i, 5 * i + 5), slice(4 * i, 4 * i + 4)
         by_q += slope[:, :6]
         by_delta[:, four], by_eta[:, five] = slope[:, 6:10], slope[:, 10:]
@@ -106,48 +92,43 @@ def examine(probe: Probe, seen: Observation, K_O: Array) -> InvariantSet:
         J_O[four], J_delta[four, four] = D_O[_FORCE_ROWS], D_delta[_FORCE_ROWS]
     free_q = by_q - by_eta @ H_D_O
     free_delta = by_delta - by_eta @ H_D_delta
-    gravity = _differences(load, seen.q_O.copy())
+    gravity = _differences(partial(_load, probe), observation.q_O.copy())
     L = np.block([[free_q + np.diag(K_O) - gravity, free_delta], [J_O, J_delta]])
     K_c = -(free_q - free_delta @ np.linalg.solve(J_delta, J_O))
     use = np.linalg.eigvals(np.linalg.solve(K_c + gravity, np.diag(K_O))).real
     return InvariantSet(L, K_c, float(np.linalg.svd(L, compute_uv=False)[-1]), float(use.max()))
 
 
+def _planes(probe: Probe) -> list[_Plane]:
+    """What each contact needs; ModelError for a curved one."""
+    fingertips, file = probe.plant.fingertips, probe.plant.world.object_urdf
+    if any(fingertip.face.is_curved for fingertip in fingertips):
+        raise ModelError(
+            f"{file}: L of (60) is written for plane faces, and this object is curved where it is touched; "
+            "`softhand stability` takes it.",
+            file=str(file),
+        )
+    faces = (fingertip.face for fingertip in fingertips)
+    return [_Plane(law, face.normal, face.tangent, face.offset) for law, face in zip(probe.laws, faces, strict=True)]
+
+
+def _load(probe: Probe, q_O: Array) -> Array:
+    """N_O, the gravity terms of the object, shape (6,)."""
+    model = probe.plant.world.model
+    inertia = model.inertias[probe.plant.world.object_joint]
+    lever = rotation_of(q_O[3:].tolist()) @ inertia.lever
+    return _twist_map(q_O).T @ grasp_map(lever[None]) @ (-inertia.mass * model.gravity.linear)
+
+
 @dataclass(frozen=True, eq=False)
-class InvariantSeries:
+class InvariantSeries(Record):
     """`InvariantSet.smallest` and `.use` at some samples of a run, shape (samples,)."""
+
+    units: ClassVar = {"time": "s", "smallest": "SI, of mixed units", "use": "1"}
 
     time: Array
     smallest: Array
     use: Array
-
-
-def examine_run(
-    recording: Recording, every: int = 20, progress: Callable[[float], None] | None = None
-) -> InvariantSeries:
-    """L along a run.
-
-    Args:
-        recording: of a run with the controller `regulation`.
-        every: samples between two that are examined.
-        progress: called with the number of samples passed.
-    """
-    probe = Probe.of_scenario(recorded_scenario(recording))
-    probe.require_polar()
-    world = probe.plant.world
-    gains = read_gains(recorded_scenario(recording), world.n_joints, recording.internal_force.shape[1])
-    samples = range(0, len(recording), every)
-    found = []
-    for k in samples:
-        time = float(recording.time[k])
-        found.append(examine(probe, probe.at(recorded_state(probe.plant, recording, k), time), gains.K_O))
-        if progress is not None:
-            progress(float(k))
-    return InvariantSeries(
-        recording.time[samples.start : samples.stop : every],
-        np.array([one.smallest for one in found]),
-        np.array([one.use for one in found]),
-    )
 
 
 def _share(plane: _Plane, x: Array) -> Array:
@@ -158,12 +139,10 @@ def _share(plane: _Plane, x: Array) -> Array:
     return D_O[_FORCE_ROWS].T @ np.linalg.solve(D_delta[_FORCE_ROWS].T, np.array(dF))
 
 
-def euler_map(rpy: Array) -> Array:
-    """T_O: velocity of the origin and angular velocity, world axes, from the rate of (position, rpy), shape (6, 6)."""
-    _, pitch, yaw = (float(angle) for angle in rpy)
+def _twist_map(q_O: Array) -> Array:
+    """T_O: velocity of the origin and angular velocity, world axes, from q_O', shape (6, 6)."""
     T_O = np.eye(6)
-    T_O[3:, 3] = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch)
-    T_O[3:, 4] = -math.sin(yaw), math.cos(yaw), 0.0
+    T_O[3:, 3:] = turning_of(q_O[3:])
     return T_O
 
 
@@ -187,9 +166,8 @@ def _contact_maps(plane: _Plane, q_O: Array, delta: Array, eta: Array) -> tuple[
     R_BO = rotation_of(q_O[3:].tolist())
     R_BC = R_BO @ np.column_stack([plane.tangent, second, plane.normal]) @ R_CO_CF
     arm = R_BO @ (plane.offset * plane.normal + eta[2] * plane.tangent + eta[3] * second)
-    D_O = np.zeros((6, 6))
-    D_O[:3, :3], D_O[:3, 3:], D_O[3:, 3:] = R_BC.T, -R_BC.T @ pin.skew(arm), R_BC.T
-    return H, D_delta, D_O @ euler_map(q_O[3:])
+    velocity, spin = grasp_map(arm[None]).T, np.eye(6)[3:]  # of the object's point at the contact
+    return H, D_delta, np.vstack([R_BC.T @ velocity, R_BC.T @ spin]) @ _twist_map(q_O)
 
 
 def _differences(function: Callable[[Array], Array], x: Array) -> Array:

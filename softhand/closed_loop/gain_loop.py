@@ -1,0 +1,87 @@
+"""The loop of (59) as a function of its gain K_O, and how much of the contact stiffness K_O takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand.closed_loop.feedback import differentiate
+from softhand.closed_loop.linearize import LinearModel, linearize, slope
+from softhand.closed_loop.loop import growth, held
+from softhand.closed_loop.start import HeldStart
+from softhand.controllers.gains import pose_diagonal
+from softhand.controllers.regulation import Regulation
+from softhand.numerics.arrays import Array
+from softhand.plant.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class GainLoop:
+    """The linear closed loop of (59), whose torque is affine in K_O.
+
+    Attributes:
+        model: the plant.
+        without: feedback of the state with K_O = 0, shape (n, s).
+        by_gain: what one unit of each gain of K_O adds to it, shape (6, n, s).
+        K_O: diagonal of the gain of the scenario [N/m, N m/rad], shape (6,).
+        use: largest eigenvalue of K_c^-1 K_O at that gain; see `InvariantSet`.
+    """
+
+    model: LinearModel
+    without: Array
+    by_gain: Array
+    K_O: Array
+    use: float
+
+    def growth(self, K_O: Array) -> float:
+        """`Loop.growth` with another gain, shape (6,)."""
+        return growth(self.model, self._feedback(K_O))
+
+    def held_growth(self, gains: Sequence[Array], period: float) -> Array:
+        """`Loop.held_growth` for some gains [1/s], shape (gains,)."""
+        move, push = held(self.model, period)
+        radius = [np.max(np.abs(np.linalg.eigvals(move + push @ self._feedback(K_O)))) for K_O in gains]
+        return np.log(radius) / period
+
+    def _feedback(self, K_O: Array) -> Array:
+        return self.without + np.einsum("k,kij->ij", K_O, self.by_gain)
+
+
+def close_gain_loop(start: HeldStart) -> GainLoop:
+    """The loop about a start with the controller `regulation`."""
+    law, unit = start.controller, np.eye(6)
+    assert isinstance(law, Regulation)
+    free, *each = (differentiate(_with_gain(law, K_O), start.probe, start.state, start.period)
+                   for K_O in (np.zeros(6), *unit))  # fmt: skip
+    model = linearize(start.probe.plant, start.state, free.torque)
+    by_gain = np.stack([one.by_state - free.by_state for one in each])
+    K_O = pose_diagonal("K_O", law.K_O_position, law.K_O_orientation)
+    stiffness = contact_stiffness(start, model)
+    use = np.linalg.eigvals(np.linalg.solve(stiffness, np.diag(K_O))).real.max()
+    return GainLoop(model, free.by_state, by_gain, K_O, float(use))
+
+
+def _with_gain(law: Regulation, K_O: Array) -> Regulation:
+    return law.model_copy(update={"K_O_position": K_O[:3].tolist(), "K_O_orientation": K_O[3:].tolist()})
+
+
+def contact_stiffness(start: HeldStart, model: LinearModel) -> Array:
+    """K_c + dN_O/dq_O of the invariant set, for any law: the object moved, the fingers held, all relaxed.
+
+    Returns:
+        In the coordinates q_O [N/m, N, N m/rad], shape (6, 6).
+    """
+
+    def respond(state: State) -> Array:
+        observation = start.probe.at(state, 0.0)
+        load = observation.N_O - observation.J_O.T @ observation.contact_force.ravel()
+        return np.concatenate([observation.q_O, load])
+
+    n, nv = start.probe.plant.world.n_joints, len(start.state.v)
+    by_pose, load = np.split(slope(start.probe.plant, start.state, respond), 2)
+    forgetting = model.A[2 * nv :]
+    relaxed = load[:, n:nv] - load[:, 2 * nv :] @ np.linalg.solve(forgetting[:, 2 * nv :], forgetting[:, n:nv])
+    stiffness: Array = np.linalg.solve(by_pose[:, n:nv].T, relaxed.T).T
+    return stiffness

@@ -1,1 +1,0 @@
-"""The closed loop about a state: linear, and by the paper's proof."""
