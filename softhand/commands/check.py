@@ -38,28 +38,29 @@ def check(
 
 
 def _check_urdf(file: Path, quiet: bool) -> None:
+    from softhand.checks.urdf import doubts_of_shape
+    from softhand.model.urdf.document import read_text
     from softhand.model.urdf.examination import examine
-    from softhand.model.urdf.reading import parse_urdf, read_text
+    from softhand.model.urdf.pinocchio_model import build_model
+    from softhand.model.urdf.urdf import Urdf
 
-    text = read_text(file)
-    examination = examine(text, file, folder=file.parent)
+    examination = examine(read_text(file), file, folder=file.parent)
     if not quiet:
         _print_warnings([f"{file}, {finding}" for finding in examination.findings.warnings])
-    examination.findings.raise_errors()
-    model = parse_urdf(text, file, examination.is_object, file.parent)
-    tree = examination.tree
-    if quiet or tree is None:
+    urdf = Urdf.of(examination)
+    model = build_model(urdf)
+    if quiet:
         return
-    moving = [joint for joint in tree.joints if joint.is_moving]
-    carriers = {joint.parent for joint in tree.joints}
+    _print_warnings(doubts_of_shape(urdf, model))
+    moving, joints = urdf.moving_joints, urdf.tree.joints
     rows = [
-        ("kind", "object" if examination.is_object else "hand"),
-        ("links", f"{len(tree.links)}, root {tree.root}"),
-        ("joints", f"{len(moving)} moving, {len(tree.joints) - len(moving)} fixed"),
+        ("kind", "object" if urdf.is_object else "hand"),
+        ("links", f"{len(urdf.tree.links)}, root {urdf.tree.root}"),
+        ("joints", f"{len(moving)} moving, {len(joints) - len(moving)} fixed"),
         ("moving mass", f"{sum(inertia.mass for inertia in list(model.inertias)[1:]):.4g} kg"),
     ]
     if moving:
-        rows.append(("ends", ", ".join(name for name in tree.links if name not in carriers)))
+        rows.append(("ends", ", ".join(urdf.ends)))
     print_table(str(file), rows)
     console().print(f"{escape(str(file))}: no errors", highlight=False)
 

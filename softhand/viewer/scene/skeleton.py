@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.urdf.reading import parse_urdf
+from softhand.model.urdf.examination import Role
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
 
@@ -19,7 +21,7 @@ class Skeleton:
     """
 
     def __init__(self, text: str, file: Path) -> None:
-        self.model = parse_urdf(text, file)
+        self.model = build_model(Urdf.parse(text, file, Role(is_object=False, effort_counts=False)))
         self._data = self.model.createData()
         self._q = pin.neutral(self.model)
 
