@@ -254,7 +254,7 @@ def test_products_of_inertia_may_be_written_twice() -> None:
 
 @pytest.mark.parametrize("name", ["left_mount", "left_flexion", "left_tip", "palm"])
 def test_a_joint_or_a_link_may_be_called_root_joint(name: str, tmp_path: Path) -> None:
-    """Beside the free-flyer of the object, which Pinocchio calls so: each tip is moved by its joint, at the same place."""
+    """Beside the free-flyer of the object, which Pinocchio calls so: each tip has its joints and its place."""
     file = tmp_path / "hand.urdf"
     file.write_text(GOOD_TEXT.replace(f'"{name}"', '"root_joint"'))
     tips = ["root_joint" if tip == name else tip for tip in TIPS]

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.urdf.examination import Role
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
 
 class Skeleton:
-    """Forward kinematics of all frames of a hand, from the text of its URDF.
+    """Forward kinematics of all frames of a hand.
 
     Attributes:
         model: the Pinocchio model of the hand alone.
     """
 
-    def __init__(self, text: str, file: Path) -> None:
-        self.model = build_model(Urdf.parse(text, file, Role(is_object=False, effort_counts=False)))
+    def __init__(self, hand: Urdf) -> None:
+        self.model = build_model(hand)
         self._data = self.model.createData()
         self._q = pin.neutral(self.model)
 
