@@ -55,6 +55,8 @@ from softhand.contact.pads import Fingertip
 from softhand.contact.pairs import contact_pairs
 from softhand.controllers.regulation import Regulation
 from softhand.laws.nakashima import Nakashima
+from softhand.model.body import ObjectModel
+from softhand.model.hand import HandModel
 from softhand.model.world import load_world
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
@@ -162,7 +164,8 @@ def _finger(name: str, side: int, y: float) -> str:
 def build_hand(folder: Path, n: int) -> Simulation:
     """A hand of n fingers that holds the box at rest, with the law (59)."""
     hand, box = write_model(folder, n)
-    world = load_world(hand, [f"finger_{k + 1}_tip" for k in range(n)], box)
+    tips = [f"finger_{k + 1}_tip" for k in range(n)]
+    world = load_world(HandModel.read(hand, tips), ObjectModel.read(box))
     points = [(side * 0.5 * BOX[0], y, 0.0) for side, y in places(n)]
     fingertips = [Fingertip(LAW, FRICTION, face) for face in faces_of(world, points)]
     force = internal_forces(n)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +20,8 @@ from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
+from softhand.model.body import ObjectModel
+from softhand.model.hand import HandModel
 from softhand.model.world import World, load_world
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -217,6 +220,13 @@ def make_law(stiffness: float = 1.0) -> Nakashima:
     )
 
 
+def world_from(
+    hand: Path, tips: Sequence[str], box: Path, gravity: Sequence[float] = (0.0, 0.0, -9.81), **options: Any
+) -> World:
+    """Hand and object from their files; options of the object."""
+    return load_world(HandModel.read(hand, tips), ObjectModel.read(box, **options), gravity)
+
+
 def make_fingertips(world: World, law: Law, contact_points: Sequence[ArrayLike]) -> tuple[Fingertip, ...]:
     """One tip of that law a contact point."""
     return tuple(Fingertip(law, MU, face) for face in faces_of(world, contact_points))
@@ -226,7 +236,7 @@ def make_fingertips(world: World, law: Law, contact_points: Sequence[ArrayLike])
 def reference_task(stiffness: float = 1.0) -> Task:
     """The reference hand and box, from the URDFs that ship, in their grasp at the start."""
     names = [f"finger_{k}_tip" for k in (1, 2, 3)]
-    world = load_world(HAND_URDF, names, BOX_URDF)
+    world = world_from(HAND_URDF, names, BOX_URDF)
     fingertips = make_fingertips(world, make_law(stiffness), CONTACT_POINTS)
     grasp = solve_grasp(
         world, fingertips, CONTACT_POINTS, START_FORCE, START_POSITION, np.eye(3), np.tile(FINGER_GUESS, 3)
@@ -269,7 +279,7 @@ class Layout:
         )
         names = [f"finger_{k + 1}_tip" for k in range(len(self.bases))]
         box = write_box(folder, centre_of_mass=self.centre_of_mass)
-        return load_world(hand, names, box, gravity=gravity)
+        return world_from(hand, names, box, gravity)
 
     def task(self, folder: Path) -> Task:
         """The hand at its start."""

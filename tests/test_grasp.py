@@ -24,6 +24,7 @@ from hands import (
     read_reference,
     ring,
     start_acceleration,
+    world_from,
     write_box,
     write_hand,
 )
@@ -31,7 +32,7 @@ from hands import (
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
-from softhand.model.world import World, load_world
+from softhand.model.world import World
 from softhand.plant.state import State
 from softhand.references.reference import Desired
 from softhand.sensing.observation import Observation
@@ -198,7 +199,7 @@ def test_start_at_the_edge_of_the_friction_is_taken(reference: Task) -> None:
 
 def two_fingers(folder: Path, base: float) -> World:
     """Two fingers that face each other at that distance [m] from the middle."""
-    return load_world(write_hand(folder, ring(2, base)), ["finger_1_tip", "finger_2_tip"], write_box(folder))
+    return world_from(write_hand(folder, ring(2, base)), ["finger_1_tip", "finger_2_tip"], write_box(folder))
 
 
 TWO_POINTS = ((0.028, 0.0, 0.0), (-0.028, 0.0, 0.0))

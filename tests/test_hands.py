@@ -18,9 +18,10 @@ from softhand.checks.recording import check_recording
 from softhand.commands.main import app
 from softhand.controllers.regulation import Regulation
 from softhand.model.snapshot import Snapshot
-from softhand.model.urdf.examination import examine
+from softhand.model.urdf.examination import HAND, examine
 from softhand.model.urdf.mounting import MOUNT, TipPlace, mounted, with_tips
-from softhand.model.urdf.reading import parse_urdf
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.roots import nearest_root
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.file import resolve_path
@@ -42,6 +43,7 @@ ALLEGRO = [pytest.param(name, marks=needs_robots) for name in ("allegro-box", "a
 NEW = [*ALLEGRO, "gripper"]
 GOOD = Path(__file__).parent / "data/good.urdf"
 GOOD_TEXT = GOOD.read_text()
+GOOD_HAND = Urdf.parse(GOOD_TEXT, GOOD, HAND)
 FLIP = np.array([-1, 1, 1, 1, 1, 1, 1, 1, -1, 1, 1, 1, -1, 1, 1, 1.0])
 """Signs of the joint angles of the left hand that make it the mirror image: those of the spreading joints."""
 
@@ -396,9 +398,8 @@ def test_a_link_that_is_no_body_may_be_one_with_its_tip(moment: str, is_possible
 def test_a_tip_is_a_link_at_its_place(rng: np.random.Generator) -> None:
     """The link of the tip is where position and rpy put it on its link, and the mount moves all."""
     xyz, rpy, base, turn = rng.normal(0.0, 0.3, (4, 3)).tolist()
-    text = with_tips(GOOD_TEXT, GOOD, [TipPlace("pad", "left_finger", tuple(xyz), tuple(rpy))])
-    text = mounted(text, GOOD, tuple(base), tuple(turn))
-    model, bare = parse_urdf(text, GOOD), parse_urdf(GOOD_TEXT, GOOD)
+    hand = with_tips(GOOD_HAND, [TipPlace("pad", "left_finger", tuple(xyz), tuple(rpy))])
+    model, bare = build_model(mounted(hand, tuple(base), tuple(turn))), build_model(GOOD_HAND)
     q, poses = pin.neutral(model), []
     for one, link in ((model, "pad"), (bare, "left_finger")):
         data = one.createData()
@@ -411,7 +412,8 @@ def test_a_tip_is_a_link_at_its_place(rng: np.random.Generator) -> None:
 
 def test_no_mount_leaves_the_text() -> None:
     """A hand at the origin keeps its URDF letter by letter."""
-    assert mounted(GOOD_TEXT, GOOD) is GOOD_TEXT and with_tips(GOOD_TEXT, GOOD, []) is GOOD_TEXT
+    assert mounted(GOOD_HAND, (0.0,) * 3, (0.0,) * 3) is GOOD_HAND and with_tips(GOOD_HAND, []) is GOOD_HAND
+    assert GOOD_HAND.text == GOOD_TEXT
 
 
 @pytest.mark.parametrize(
@@ -427,13 +429,13 @@ def test_no_mount_leaves_the_text() -> None:
 def test_a_tip_that_cannot_be_placed(place: TipPlace, words: str) -> None:
     """The error names the link or the name, and what there is."""
     with pytest.raises(ModelError, match=words):
-        with_tips(GOOD_TEXT, GOOD, [place])
+        with_tips(GOOD_HAND, [place])
 
 
 def test_a_link_of_the_name_of_the_mount_is_told() -> None:
     """The root that a mount adds has a name of its own."""
     with pytest.raises(ModelError, match=f"'{MOUNT}' already"):
-        mounted(GOOD_TEXT.replace("left_tip", MOUNT), GOOD, (0.0, 0.0, 1.0))
+        mounted(Urdf.parse(GOOD_TEXT.replace("left_tip", MOUNT), GOOD), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 
 
 def test_tables_and_texts_may_stand_side_by_side() -> None:

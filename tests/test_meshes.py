@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hands import HAND_URDF, REPOSITORY, Array
+from hands import HAND_URDF, REPOSITORY, Array, world_from
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,7 +17,7 @@ from softhand.model.shapes.mesh import MOST_FACES, as_polyhedron
 from softhand.model.shapes.mesh_file import Mesh, read_mesh
 from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.model.shapes.shape import fibonacci_sphere
-from softhand.model.world import World, load_world
+from softhand.model.world import World
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * [0.028, 0.018, 0.030]
 SIDES = [[1, 3, 2, 0], [6, 7, 5, 4], [4, 5, 1, 0], [3, 7, 6, 2], [2, 6, 4, 0], [5, 7, 3, 1]]
@@ -111,7 +111,7 @@ def test_place_and_scale_of_the_urdf(tmp_path: Path) -> None:
 
 
 def world_of(urdf: Path, **options: Any) -> World:
-    return load_world(HAND_URDF, ["finger_1_tip", "finger_2_tip"], urdf, **options)
+    return world_from(HAND_URDF, ["finger_1_tip", "finger_2_tip"], urdf, **options)
 
 
 def test_coplanar_triangles_become_one_face() -> None:

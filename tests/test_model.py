@@ -22,6 +22,7 @@ from hands import (
     Task,
     numerical_jacobian,
     random_state,
+    world_from,
     write_box,
     write_hand,
 )
@@ -29,7 +30,7 @@ from hands import (
 from softhand.model.gravity import gravity_forces
 from softhand.model.snapshot import Snapshot
 from softhand.model.terms import RigidTerms
-from softhand.model.world import World, load_world
+from softhand.model.world import World
 from softhand.plant.state import State
 
 TIP_NAMES = ["finger_1_tip", "finger_2_tip", "finger_3_tip"]
@@ -126,7 +127,7 @@ def test_object_terms_are_the_rate_of_its_momentum(
     tmp_path: Path, centre_of_mass: tuple[float, ...], rng: np.random.Generator
 ) -> None:
     """C v + g of the object is the rate of its momentum at constant v, less its weight, in the object frame."""
-    world = load_world(HAND_URDF, TIP_NAMES, write_box(tmp_path, mass=0.3, centre_of_mass=centre_of_mass))
+    world = world_from(HAND_URDF, TIP_NAMES, write_box(tmp_path, mass=0.3, centre_of_mass=centre_of_mass))
     model, body = world.model, world.model.inertias[world.object_joint]
     q = pin.integrate(model, pin.neutral(model), rng.normal(0.0, 0.7, model.nv))
     v = rng.normal(0.0, 2.0, model.nv)
@@ -163,7 +164,7 @@ def test_gravity_is_the_slope_of_the_potential_energy(task: Task, state: State) 
 
 def test_gravity_acts_in_the_given_direction() -> None:
     """The weight of the object follows the gravity vector that the world was given."""
-    world = load_world(HAND_URDF, TIP_NAMES, BOX_URDF, gravity=(1.0, -2.0, 0.5))
+    world = world_from(HAND_URDF, TIP_NAMES, BOX_URDF, gravity=(1.0, -2.0, 0.5))
     weight = gravity_at(world, pin.neutral(world.model))[-6:-3]
     np.testing.assert_allclose(weight, -0.2 * np.array([1.0, -2.0, 0.5]), rtol=1e-14)
 
@@ -272,7 +273,7 @@ def test_wrist_couples_the_fingers(make_task: Callable[[str], Task], rng: np.ran
 @pytest.mark.parametrize("mass", [0.05, 0.2, 1.7])
 def test_object_mass_scales_the_inertia(mass: float) -> None:
     """A given mass replaces that of the file and scales the inertia alike."""
-    world = load_world(HAND_URDF, TIP_NAMES, BOX_URDF, object_mass=mass)
+    world = world_from(HAND_URDF, TIP_NAMES, BOX_URDF, mass=mass)
     body = world.model.inertias[world.object_joint]
     assert world.object_mass == body.mass == mass
     np.testing.assert_allclose(body.inertia, mass / 0.2 * np.diag(BOX_INERTIA), rtol=1e-12)
@@ -308,7 +309,7 @@ def test_box_is_that_of_table_1(world: World) -> None:
 def test_faces_follow_the_collision_box(tmp_path: Path) -> None:
     """The faces are those of the collision box, wherever it lies in the object frame and however it is turned."""
     size, middle, rpy = np.array([0.05, 0.03, 0.07]), np.array([0.01, -0.02, 0.005]), (0.3, -0.5, 1.1)
-    world = load_world(HAND_URDF, TIP_NAMES, write_box(tmp_path, size, middle=middle, rpy=rpy))
+    world = world_from(HAND_URDF, TIP_NAMES, write_box(tmp_path, size, middle=middle, rpy=rpy))
     R = pin.rpy.rpyToMatrix(*rpy)
     assert len(world.faces) == 6
     for axis in range(3):
@@ -399,7 +400,7 @@ def test_second_reader_finds_the_same_tips(task: Task, rng: np.random.Generator)
 def test_written_hand_is_the_shipped_one(tmp_path: Path, world: World) -> None:
     """The hand that the tests write, with the reference layout, is the hand that ships."""
     hand = write_hand(tmp_path, REFERENCE_BASES)
-    written = load_world(hand, TIP_NAMES, BOX_URDF)
+    written = world_from(hand, TIP_NAMES, BOX_URDF)
     assert written.joint_names == world.joint_names
     q = pin.integrate(world.model, pin.neutral(world.model), np.linspace(-1.0, 1.0, world.model.nv))
     mine, theirs = Bodies(written), Bodies(world)

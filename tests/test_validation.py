@@ -17,9 +17,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softhand.errors import ModelError
-from softhand.model.urdf.document import LARGEST
-from softhand.model.urdf.examination import examine
-from softhand.model.urdf.reading import parse_urdf, read_text
+from softhand.model.body import ObjectModel
+from softhand.model.hand import HandModel
+from softhand.model.urdf.document import LARGEST, read_text
+from softhand.model.urdf.examination import HAND, OBJECT, Role, examine
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import load_world
 from softhand.settings.toml import tomllib
 
@@ -32,8 +35,13 @@ GOOD_TEXT = GOOD.read_text()
 
 def refusal(file: Path) -> ModelError:
     with pytest.raises(ModelError) as caught:
-        parse_urdf(read_text(file), file, folder=file.parent)
+        Urdf.read(file)
     return caught.value
+
+
+def model_of(text: str, role: Role = HAND, file: Path = GOOD, folder: Path | None = None) -> pin.Model:
+    """The text checked and read by Pinocchio."""
+    return build_model(Urdf.parse(text, file, role, folder))
 
 
 # ---------------------------------------------------------------------------------------- broken files
@@ -65,7 +73,7 @@ def test_all_errors_of_a_file_are_told() -> None:
     """One line an error, in the order of the file."""
     text = GOOD_TEXT.replace('value="0.050"', 'value="0,05"').replace('xyz="0 1 0"', 'xyz="0 0 0"')
     with pytest.raises(ModelError) as caught:
-        parse_urdf(text, GOOD)
+        model_of(text)
     lines = str(caught.value).splitlines()
     assert len(lines) == 3 and "<axis>" in lines[0] and "<mass>" in lines[1] and "<mass>" in lines[2]
 
@@ -74,22 +82,22 @@ def test_many_errors_are_cut_short() -> None:
     """More than ten are counted."""
     links = "".join(f'<link name="l{k}"/>' for k in range(30))
     with pytest.raises(ModelError, match=r"and 19 more\.$") as caught:
-        parse_urdf(f"<robot name='many'>{links}</robot>", GOOD)
+        model_of(f"<robot name='many'>{links}</robot>")
     assert len(str(caught.value).splitlines()) == 11
 
 
 def test_an_object_is_rigid() -> None:
     """A moving joint in an object is refused where it is."""
     with pytest.raises(ModelError, match=r"line 10, <joint> 'left_flexion'.*one rigid body"):
-        parse_urdf(GOOD_TEXT, GOOD, floating=True)
+        model_of(GOOD_TEXT, OBJECT)
 
 
 def test_an_object_has_a_mass(tmp_path: Path) -> None:
     """The root of an object must weigh, that of a hand need not."""
     text = '<robot name="air"><link name="air"/></robot>'
     with pytest.raises(ModelError, match="<link> 'air': no <inertial> in it"):
-        parse_urdf(text, tmp_path / "air.urdf", floating=True)
-    assert parse_urdf(text, tmp_path / "air.urdf").nv == 0
+        model_of(text, OBJECT, tmp_path / "air.urdf")
+    assert model_of(text, HAND, tmp_path / "air.urdf").nv == 0
 
 
 def test_no_pinocchio_is_needed() -> None:
@@ -115,7 +123,7 @@ def test_nothing_is_found_in_what_ships(file: Path) -> None:
 def test_nothing_is_found_in_the_good_file() -> None:
     """The broken files have only the mistake that they are named for."""
     assert list(examine(GOOD_TEXT, GOOD, folder=DATA).findings) == []
-    assert parse_urdf(GOOD_TEXT, GOOD).nv == 2
+    assert model_of(GOOD_TEXT).nv == 2
 
 
 def test_elements_of_other_programs_are_left_alone() -> None:
@@ -140,7 +148,7 @@ def test_a_link_of_no_weight_is_taken_if_fixed_to_one_that_weighs() -> None:
     text = GOOD_TEXT.replace('<link name="right_tip"/>', f'<link name="right_tip">{inertial}</link>')
     findings = examine(text, GOOD).findings
     assert not findings.errors and "weighs nothing" in str(findings.warnings[0])
-    assert parse_urdf(text, GOOD).nv == 2
+    assert model_of(text).nv == 2
 
 
 @pytest.mark.parametrize(
@@ -168,7 +176,7 @@ def test_what_is_hardly_meant_is_a_warning(old: str, new: str, line: int, words:
     findings = examine(text, GOOD, folder=DATA).findings
     assert not findings.errors
     assert [warning.line for warning in findings.warnings] == [line] and words in str(findings.warnings[0])
-    parse_urdf(text, GOOD, folder=DATA)
+    model_of(text, folder=DATA)
 
 
 def test_meshes_are_found_beside_the_file_and_by_package(tmp_path: Path) -> None:
@@ -189,7 +197,7 @@ def test_a_tip_may_have_the_name_of_a_joint(tmp_path: Path) -> None:
     text = GOOD_TEXT.replace('name="left_mount"', 'name="right_tip"')
     file = tmp_path / "hand.urdf"
     file.write_text(text)
-    world = load_world(file, ["left_tip", "right_tip"], BOX_URDF)
+    world = load_world(HandModel.read(file, ["left_tip", "right_tip"]), ObjectModel.read(BOX_URDF))
     assert world.tips[1].joint == 2
 
 
@@ -197,7 +205,7 @@ def test_hand_and_object_may_share_names(tmp_path: Path) -> None:
     """A link of the object that is called like one of the hand is no mistake."""
     file = tmp_path / "box.urdf"
     file.write_text(BOX_URDF.read_text().replace('<link name="box">', '<link name="palm">'))
-    assert load_world(GOOD, ["left_tip", "right_tip"], file).model.nv == 8
+    assert load_world(HandModel.read(GOOD, ["left_tip", "right_tip"]), ObjectModel.read(file)).model.nv == 8
 
 
 # ---------------------------------------------------------------------------------------- files at large
@@ -226,14 +234,14 @@ def test_what_is_no_text_is_refused(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "other.urdf"
     file.write_bytes(content)
     with pytest.raises(ModelError, match=r"other\.urdf"):
-        parse_urdf(read_text(file), file)
+        Urdf.read(file)
 
 
 def test_a_chain_without_end_is_refused() -> None:
     """More links than any hand has."""
     links = "".join(f'<link name="l{k}"/>' for k in range(1001))
     with pytest.raises(ModelError, match="1001 links; at most 1000"):
-        parse_urdf(f"<robot name='many'>{links}</robot>", GOOD)
+        model_of(f"<robot name='many'>{links}</robot>")
 
 
 # ---------------------------------------------------------------------------------------- random mutations
@@ -296,7 +304,7 @@ def mutated_texts(draw: st.DrawFn) -> str:
 def check_is_refused_or_sound(text: str, floating: bool) -> None:
     """Either one ModelError that names the file, or a model whose dynamics are numbers at any state."""
     try:
-        model = parse_urdf(text, GOOD, floating)
+        model = model_of(text, OBJECT if floating else HAND)
     except ModelError as error:
         assert str(error).startswith(str(GOOD))
         return

@@ -20,6 +20,8 @@ from typer.testing import CliRunner
 
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
 from softhand.commands.main import app
+from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.urdf import Urdf
 from softhand.viewer.browser.browser import Browser
 from softhand.viewer.live.pace import Pace
 from softhand.viewer.live.replay import Replay
@@ -29,7 +31,7 @@ from softhand.viewer.scene.palette import SLIP, SLIPPING, use_colour
 from softhand.viewer.scene.parts.forces import Supports
 from softhand.viewer.scene.recorded import RecordedScene
 from softhand.viewer.scene.samples import recorded_moment
-from softhand.viewer.scene.visuals import Looks, Source
+from softhand.viewer.scene.visuals import read_visuals
 
 PORT = 7600
 
@@ -204,7 +206,7 @@ def test_meshes_are_drawn_if_they_can_be_read(tmp_path, file):
     folder = tmp_path / "robot"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "t.obj").write_text(OBJ)
-    visuals, unread = Looks(Source(MESH_URDF.format(file=file), folder)).read("visual")
+    visuals, unread = read_visuals(Urdf.parse(MESH_URDF.format(file=file), folder / "m.urdf", HAND, folder))
     assert unread == ["package://none/there.stl"]
     assert visuals[0].mesh.vertices.max() == pytest.approx(2.0)
     assert len(visuals[0].mesh.faces) == 4

@@ -8,6 +8,8 @@ from softhand.assembly.parts import read_fingertips
 from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.laws.law import Law
+from softhand.model.body import ObjectModel
+from softhand.model.hand import HandModel
 from softhand.model.urdf.mounting import TipPlace
 from softhand.model.world import World, load_world
 from softhand.numerics.spatial import rotation_of
@@ -20,18 +22,12 @@ from softhand.start.open import solve_open_start
 
 def read_world(scenario: Scenario) -> World:
     """Hand and object of a scenario."""
-    hand = scenario.hand
+    hand, held = scenario.hand, scenario.object
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     return load_world(
-        resolve_path(hand.urdf),
-        tips,
-        resolve_path(scenario.object.urdf),
-        scenario.object.mass,
+        HandModel.read(resolve_path(hand.urdf), tips, hand.position, hand.rpy, hand.effort_limit),
+        ObjectModel.read(resolve_path(held.urdf), held.mass, held.ellipsoid, held.hull),
         scenario.gravity,
-        ellipsoid=scenario.object.ellipsoid,
-        hull=scenario.object.hull,
-        mount=(hand.position, hand.rpy),
-        effort_limit=hand.effort_limit,
     )
 
 

@@ -83,7 +83,7 @@ def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     twist = recording.object_twist[sample]
     q = pin.neutral(world.model)
     world.set_joint_position(recording.joint_position[sample], q)
-    q[-7:-4], q[-4:] = recording.object_position[sample], pin.Quaternion(rotation).coeffs()
+    world.set_object_pose(recording.object_position[sample], rotation, q)
     v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])
     z = np.zeros((len(plant.contacts), plant.n_memory))
     z[: world.n_tips, :3] = recording.deformation[sample, :, 1:]

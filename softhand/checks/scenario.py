@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar, get_args
 
 import numpy as np
@@ -18,7 +17,7 @@ from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
 from softhand.errors import GraspError
 from softhand.model.shapes.shape import CurvedShape
-from softhand.model.urdf.examination import examine
+from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, slides_of
 from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
@@ -79,8 +78,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
     world = simulation.plant.world
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
     warnings = [
-        *_of_urdf(world.hand_text, world.hand_urdf, False),
-        *_of_urdf(world.object_text, world.object_urdf, True),
+        *_of_urdf(world.hand),
+        *_of_urdf(world.object),
         *_of_tips(seen, simulation.plant),
         *_of_joints(simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
@@ -116,8 +115,8 @@ def fastest_frequency(plant: Plant, state: State) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(A))))
 
 
-def _of_urdf(text: str, file: Path, is_object: bool) -> list[str]:
-    return [f"{file}, {finding}" for finding in examine(text, file, is_object, file.parent).findings.warnings]
+def _of_urdf(urdf: Urdf) -> list[str]:
+    return [f"{urdf.file}, {finding}" for finding in urdf.warnings]
 
 
 def _of_tips(seen: Observation, plant: Plant) -> Iterator[str]:

@@ -6,9 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+import pinocchio as pin
+
+from softhand.errors import ModelError
+from softhand.model.shapes.reading import read_shape
+from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import examine
 from softhand.model.urdf.findings import Findings
-from softhand.model.urdf.reading import parse_urdf, read_text
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.record import Record
 
 
@@ -45,21 +51,30 @@ def check_urdf(file: Path) -> UrdfCheckup:
     Raises:
         ModelError: it is no URDF, or Pinocchio refuses it.
     """
-    text = read_text(file)
-    examination = examine(text, file, folder=file.parent)
-    findings, tree = examination.findings, examination.tree
+    examination = examine(read_text(file), file, folder=file.parent)
+    findings = examination.findings
     errors, warnings = ([f"{file}, {one}" for one in some] for some in (findings.errors, findings.warnings))
-    if errors or tree is None:
+    if errors or examination.tree is None:
         return UrdfCheckup([], errors, warnings, findings)
-    model = parse_urdf(text, file, examination.is_object, file.parent)
-    moving = [joint for joint in tree.joints if joint.is_moving]
-    carriers = {joint.parent for joint in tree.joints}
+    urdf = Urdf.of(examination)
+    model = build_model(urdf)
+    moving, joints = urdf.moving_joints, urdf.tree.joints
     rows = [
-        ("kind", "object" if examination.is_object else "hand"),
-        ("links", f"{len(tree.links)}, root {tree.root}"),
-        ("joints", f"{len(moving)} moving, {len(tree.joints) - len(moving)} fixed"),
+        ("kind", "object" if urdf.is_object else "hand"),
+        ("links", f"{len(urdf.tree.links)}, root {urdf.tree.root}"),
+        ("joints", f"{len(moving)} moving, {len(joints) - len(moving)} fixed"),
         ("moving mass", f"{sum(inertia.mass for inertia in list(model.inertias)[1:]):.4g} kg"),
     ]
     if moving:
-        rows.append(("ends", ", ".join(name for name in tree.links if name not in carriers)))
-    return UrdfCheckup(rows, errors, warnings, findings)
+        rows.append(("ends", ", ".join(urdf.ends)))
+    return UrdfCheckup(rows, errors, [*warnings, *_doubts_of_shape(urdf, model)], findings)
+
+
+def _doubts_of_shape(urdf: Urdf, body: pin.Model) -> list[str]:
+    """Why the tips cannot touch an object as it is, and what to do; nothing for a hand."""
+    try:
+        if urdf.is_object:
+            read_shape(urdf, body)
+    except ModelError as error:
+        return [str(error)]
+    return []

@@ -9,43 +9,22 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softhand.errors import ModelError
+from softhand.model.body import ObjectModel
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.gravity import list_bodies
+from softhand.model.hand import HandModel
 from softhand.model.shapes.face import Face
-from softhand.model.shapes.reading import read_shape
 from softhand.model.shapes.shape import Shape
-from softhand.model.urdf.mounting import AT_ORIGIN, TipPlace, Vector3, mounted, with_tips
-from softhand.model.urdf.reading import parse_urdf, read_text
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
-
-def own_columns(world: World, index: int) -> list[int]:
-    """Velocity indices of the joints that move only this tip."""
-    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
-    return [column for column in world.tips[index].columns if column not in shared]
-
-
-def slides_of(world: World) -> NDArray[np.bool_]:
-    """Which joints slide, shape (n,)."""
-    data = world.model.createData()
-    pin.forwardKinematics(world.model, data, pin.neutral(world.model))
-    axes = [np.asarray(data.joints[joint].S).ravel() for joint in range(1, world.object_joint)]  # linear, angular
-    return np.array([bool(np.linalg.norm(axis[3:]) < 0.5) for axis in axes])
-
-
-def joints_of(world: World, q: Array) -> Array:
-    """Joint angles [rad or m], shape (n,), of a configuration of the model."""
-    angles = np.zeros(world.n_joints)
-    for joint in list(world.model.joints)[1:-1]:
-        own = q[joint.idx_q : joint.idx_q + joint.nq]
-        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
-    return angles
-
-
 FREE_FLYER_SIZE = 6
+"""Velocities of the object."""
+POSE_SIZE, QUATERNION_SIZE = 7, 4
+"""Of the object at the end of a configuration."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +54,29 @@ class World:
     shape: Shape
     """Of the object."""
     joint_names: tuple[str, ...]
-    hand_urdf: Path
-    object_urdf: Path
-    hand_text: str
-    """The URDF of the hand as it was read, with its mount and the tips that were placed."""
-    object_text: str
+    hand: Urdf
+    """With its mount and the tips that were placed."""
+    object: Urdf
+
+    @property
+    def hand_text(self) -> str:
+        """URDF of the hand, with its mount and the tips that were placed."""
+        return self.hand.text
+
+    @property
+    def object_text(self) -> str:
+        """URDF of the object."""
+        return self.object.text
+
+    @property
+    def hand_urdf(self) -> Path:
+        """File of the hand."""
+        return self.hand.file
+
+    @property
+    def object_urdf(self) -> Path:
+        """File of the object."""
+        return self.object.file
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -137,6 +134,19 @@ class World:
             else:
                 q[i] = angles[j]
 
+    def object_position(self, q: Array) -> Array:
+        """Origin of the object frame in a configuration [m], a view, shape (3,)."""
+        return q[-POSE_SIZE:-QUATERNION_SIZE]
+
+    def object_rotation(self, q: Array) -> Array:
+        """Axes of the object frame in a configuration, shape (3, 3)."""
+        return np.asarray(pin.Quaternion(q[-QUATERNION_SIZE:]).toRotationMatrix())
+
+    def set_object_pose(self, position: ArrayLike, rotation: Array, q: Array) -> None:
+        """Write position [m], shape (3,), and axes, shape (3, 3), of the object frame into a configuration."""
+        q[-POSE_SIZE:-QUATERNION_SIZE] = position
+        q[-QUATERNION_SIZE:] = pin.Quaternion(rotation).coeffs()
+
     @property
     def joints(self) -> NDArray[np.int64]:
         """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
@@ -165,57 +175,55 @@ class World:
         return first
 
 
-def load_world(
-    hand_urdf: Path,
-    tips: Sequence[str | TipPlace],
-    object_urdf: Path,
-    object_mass: float | None = None,
-    gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    ellipsoid: Sequence[float] | None = None,
-    hull: bool = False,
-    mount: tuple[Vector3, Vector3] = AT_ORIGIN,
-    effort_limit: float | None = None,
-) -> World:
-    """Read hand and object and append them.
+def load_world(hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0.0, 0.0, -9.81)) -> World:
+    """Hand and object appended into one model.
 
     Args:
-        hand_urdf: file with the joints and links of the hand, fixed at its root.
-        tips: a frame of each fingertip: centre of the hemisphere's flat face, x out of the tip; or its place on a link.
-        object_urdf: file with one rigid body, whose collision shape can be touched.
-        object_mass: replaces the mass of the file and scales its inertia alike [kg].
+        hand: where it stands, with its tips.
+        body: the object.
         gravity: in the world frame [m/s^2].
-        ellipsoid: semi-axes of an ellipsoid in the place of the object's collision shape [m].
-        hull: take the convex hull of a mesh.
-        mount: position [m] and roll, pitch, yaw [rad] of the hand's root link in the world.
-        effort_limit: of every joint, in place of those of the file [N m or N].
 
     Raises:
-        ModelError: a file cannot be read, a tip is no frame of the hand, or the object has no usable shape.
+        ModelError: a tip is no frame of the hand, or the object has no usable shape.
     """
-    hand_text, object_text = read_text(hand_urdf), read_text(object_urdf)
-    hand = parse_urdf(hand_text, hand_urdf, folder=Path(hand_urdf).parent)
-    places = [tip for tip in tips if isinstance(tip, TipPlace)]
-    placed = with_tips(mounted(hand_text, hand_urdf, *mount), hand_urdf, places)
-    if placed != hand_text:
-        hand, hand_text = parse_urdf(placed, hand_urdf), placed
-    if effort_limit is not None:
-        hand.upperEffortLimit, hand.lowerEffortLimit = np.full(hand.nv, effort_limit), np.full(hand.nv, -effort_limit)
-    body = parse_urdf(object_text, object_urdf, floating=True, folder=Path(object_urdf).parent)
-    shape = read_shape(object_text, Path(object_urdf), body, ellipsoid, hull)
-    names = tuple(hand.names)[1:]
-    found = tuple(_find_tip(hand, tip if isinstance(tip, str) else tip.name, hand_urdf) for tip in tips)
-    _make_names_distinct(hand, body)
-    model = pin.appendModel(hand, body, 0, pin.SE3.Identity())
+    fingers, (flyer, shape) = hand.build(), body.build()
+    tips = tuple(_find_tip(fingers, name, hand.urdf.file) for name in hand.tips)
+    names = tuple(fingers.names)[1:]
+    _make_names_distinct(fingers, flyer)
+    model = pin.appendModel(fingers, flyer, 0, pin.SE3.Identity())
     model.gravity.linear = np.asarray(gravity, dtype=float)
-    if object_mass is not None:
-        inertia = model.inertias[model.njoints - 1]
-        scale = object_mass / inertia.mass
-        model.inertias[model.njoints - 1] = pin.Inertia(object_mass, inertia.lever, scale * inertia.inertia)
-    return World(model, found, shape, names, Path(hand_urdf), Path(object_urdf), hand_text, object_text)
+    return World(model, tips, shape, names, hand.urdf, body.urdf)
+
+
+def own_columns(world: World, index: int) -> list[int]:
+    """Velocity indices of the joints that move only this tip."""
+    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
+    return [column for column in world.tips[index].columns if column not in shared]
+
+
+def slides_of(world: World) -> NDArray[np.bool_]:
+    """Which joints slide, shape (n,)."""
+    data = world.model.createData()
+    pin.forwardKinematics(world.model, data, pin.neutral(world.model))
+    axes = [np.asarray(data.joints[joint].S).ravel() for joint in range(1, world.object_joint)]  # linear, angular
+    return np.array([bool(np.linalg.norm(axis[3:]) < 0.5) for axis in axes])
+
+
+def joints_of(world: World, q: Array) -> Array:
+    """Joint angles [rad or m], shape (n,), of a configuration of the model."""
+    angles = np.zeros(world.n_joints)
+    for joint in list(world.model.joints)[1:-1]:
+        own = q[joint.idx_q : joint.idx_q + joint.nq]
+        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
+    return angles
 
 
 def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
-    """Rename frames that Pinocchio could not tell apart in one model; it finds joints by names of their own."""
+    """Rename what Pinocchio could not tell apart in one model; it finds joints by names of their own."""
+    flyer = next(frame for frame in body.frames if frame.type == pin.FrameType.JOINT)
+    others = {*hand.names, *(frame.name for frame in [*hand.frames, *body.frames] if frame.type != flyer.type)}
+    while flyer.name in others:
+        flyer.name = body.names[1] = f"object {flyer.name}"
     links = {frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY}
     for frame in hand.frames:
         if frame.type != pin.FrameType.BODY and frame.name in links:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softhand.errors import ScenarioError
-from softhand.model.urdf.reading import parse_urdf, read_text
+from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.scenario.bodies import PlacedTip
 from softhand.scenario.file import resolve_path, scenario_names
 from softhand.scenario.scenario import Scenario, load_scenario
@@ -66,7 +68,7 @@ def _hand(urdf: str, users: list[tuple[str, Scenario]]) -> Hand:
         file = resolve_path(urdf)
     except ScenarioError as error:
         return Hand(Path(urdf).stem, urdf, tips, names, missing=str(error))
-    model = parse_urdf(read_text(file), file)
+    model = build_model(Urdf.read(file, HAND))
     mass = sum(inertia.mass for inertia in list(model.inertias)[1:])
     return Hand(Path(urdf).stem, urdf, tips, names, model.nv, mass)
 

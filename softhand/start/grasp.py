@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip, memory_size
@@ -120,7 +119,7 @@ def solve_grasp(
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()
-    q[-7:-4], q[-4:] = position, pin.Quaternion(rotation).coeffs()
+    world.set_object_pose(position, rotation, q)
     friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
     memory = np.zeros((nc, memory_size(fingertips)))

@@ -67,7 +67,7 @@ def solve_open_start(
     arm.move(angles)
     check_torques(arm, np.zeros((nc, 3)), list(np.zeros((nc, 3))))
     q = arm.q.copy()
-    q[-7:-4], q[-4:] = standing, pin.Quaternion(axes).coeffs()
+    world.set_object_pose(standing, axes, q)
     state = State(q, np.zeros(world.model.nv), np.zeros((nc, memory_size(fingertips))))
     return Grasp(state, np.zeros((nc, 4)), np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros(nc))
 

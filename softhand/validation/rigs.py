@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +14,10 @@ from numpy.typing import ArrayLike
 from softhand.contact.pads import Fingertip, Support
 from softhand.laws.law import Law
 from softhand.laws.radial import Radial
+from softhand.model.body import ObjectModel
+from softhand.model.hand import HandModel
+from softhand.model.urdf.examination import HAND, OBJECT
+from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, load_world
 from softhand.numerics.arrays import Array
 from softhand.plant.dynamics import add_contact_force
@@ -89,7 +92,7 @@ class Rig:
     @property
     def position(self) -> Array:
         """Of the box [m], a view, shape (3,)."""
-        return self.state.q[-7:-4]
+        return self.plant.world.object_position(self.state.q)
 
     @property
     def velocity(self) -> Array:
@@ -167,11 +170,9 @@ def make_world(
         f'<robot name="box"><link name="box">{_inertial(1.0, 1.0, 1.0, 1.0)}'
         f'<collision><geometry><box size="{_numbers(body.size)}"/></geometry></collision></link></robot>'
     )
-    with tempfile.TemporaryDirectory() as folder:
-        hand_file, box_file = Path(folder) / "rig.urdf", Path(folder) / "box.urdf"
-        hand_file.write_text("".join([*parts, "</robot>"]))
-        box_file.write_text(box)
-        world = load_world(hand_file, names, box_file, gravity=[float(x) for x in np.asarray(gravity)])
+    hand = Urdf.parse("".join([*parts, "</robot>"]), Path("rig.urdf"), HAND)
+    held = Urdf.parse(box, Path("box.urdf"), OBJECT)
+    world = load_world(HandModel(hand, tuple(names)), ObjectModel(held), np.asarray(gravity, dtype=float).tolist())
     # no real body is as heavy, or as light, as these, so that a file with them would be refused
     world.model.inertias[world.object_joint] = pin.Inertia(body.mass, np.zeros(3), np.diag(body.inertia))
     for name, carriage in zip(names, carriages, strict=True):
@@ -192,8 +193,7 @@ def make_rig(
     """All at rest, joints at 0, with the box at a position [m], shape (3,), and turned, shape (3, 3)."""
     plant = Plant(world, fingertips, supports)
     q = np.zeros(world.model.nq)
-    q[-7:-4] = position
-    q[-4:] = (0.0, 0.0, 0.0, 1.0) if rotation is None else pin.Quaternion(np.asarray(rotation, dtype=float)).coeffs()
+    world.set_object_pose(position, np.eye(3) if rotation is None else np.asarray(rotation, dtype=float), q)
     return Rig(plant, State(q, np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -12,6 +11,10 @@ from softhand.model.urdf.document import Element
 from softhand.model.urdf.grammar import numbers_of
 from softhand.model.urdf.tree import Joint
 from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import rotation_of
+
+_SMALLEST = 1e-18  # [kg m^2], a millimetre and a microgram
+_SINGULAR = 1e-12  # of the largest moment
 
 
 class Part(NamedTuple):
@@ -25,7 +28,7 @@ class Part(NamedTuple):
 
 
 def parts_of(links: list[Element], names: list[str], carriers: dict[str, Joint]) -> list[Part]:
-    """The links of a rigid body that have a mass and a positive definite inertia.
+    """The links of a rigid body that have a mass and no negative moment; those of points and rods are zero.
 
     Args:
         links: elements of the links, the leader first.
@@ -45,15 +48,50 @@ def parts_of(links: list[Element], names: list[str], carriers: dict[str, Joint])
         weight = _numbers(mass, "value")
         if inertial is None or not isinstance(element, Element) or values is None or weight is None or weight[0] <= 0.0:
             continue
-        xx, xy, xz, yy, yz, zz = values
-        matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        if not np.linalg.eigvalsh(matrix)[0] > 0.0:
+        matrix = tensor_of(values)
+        if has_negative(moments_of(matrix)):
             continue
         rotation, position = poses[name]
         turned, moved = _origin(inertial.find("origin"))
         axes = rotation @ turned
         parts.append(Part(name, element, weight[0], position + rotation @ moved, axes @ matrix @ axes.T))
     return parts
+
+
+def tensor_of(values: list[float]) -> Array:
+    """The matrix of ixx, ixy, ixz, iyy, iyz, izz, shape (3, 3)."""
+    xx, xy, xz, yy, yz, zz = values
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def inertia_of(parts: list[Part]) -> Array:
+    """Inertia of all parts together about their common centre of mass [kg m^2], shape (3, 3)."""
+    centre = sum(part.mass * part.centre for part in parts) / sum(part.mass for part in parts)
+    return np.asarray(sum(part.inertia + part.mass * _spread(part.centre - centre) for part in parts))
+
+
+def moments_of(inertia: Array) -> Array:
+    """Its principal moments [kg m^2], the least first, shape (3,)."""
+    return np.asarray(np.linalg.eigvalsh(inertia), dtype=float)
+
+
+def is_positive(principal: Array) -> bool:
+    """Whether principal moments [kg m^2], the least first, are those of a body, and not of a point or a rod."""
+    return bool(principal[0] > _zero(principal))
+
+
+def has_negative(principal: Array) -> bool:
+    """Whether principal moments [kg m^2], the least first, are those of nothing at all."""
+    return bool(principal[0] < -_zero(principal))
+
+
+def breaks_triangle(principal: Array, rounding: float) -> bool:
+    """Whether one of the principal moments, the least first, exceeds the others together by more than a share of it."""
+    return bool(principal[2] - principal[0] - principal[1] > rounding * principal[2])
+
+
+def _zero(principal: Array) -> float:
+    return max(_SMALLEST, _SINGULAR * float(principal[2]))
 
 
 def _numbers(element: ElementTree.Element | None, *names: str) -> list[float] | None:
@@ -64,29 +102,10 @@ def _numbers(element: ElementTree.Element | None, *names: str) -> list[float] | 
 
 def _origin(element: ElementTree.Element | None) -> tuple[Array, Array]:
     """Axes and position of an <origin>; at home where it cannot be read, which is told elsewhere."""
-    roll, pitch, yaw = numbers_of(element, "rpy", "0 0 0") or [0.0, 0.0, 0.0]
-    return _turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll), np.array(numbers_of(element, "xyz", "0 0 0") or [0.0] * 3)
-
-
-def _turn(axis: int, angle: float) -> Array:
-    matrix, (j, k) = np.eye(3), ((axis + 1) % 3, (axis + 2) % 3)
-    matrix[j, j] = matrix[k, k] = math.cos(angle)
-    matrix[k, j], matrix[j, k] = math.sin(angle), -math.sin(angle)
-    return matrix
+    rpy = numbers_of(element, "rpy", "0 0 0") or [0.0] * 3
+    return rotation_of(rpy), np.array(numbers_of(element, "xyz", "0 0 0") or [0.0] * 3)
 
 
 def _spread(arm: Array) -> Array:
     """Inertia of a unit mass at an arm."""
     return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))
-
-
-def inertia_of(parts: list[Part]) -> Array:
-    """Inertia of all parts together about their common centre of mass [kg m^2], shape (3, 3)."""
-    centre = sum(part.mass * part.centre for part in parts) / sum(part.mass for part in parts)
-    return np.asarray(sum(part.inertia + part.mass * _spread(part.centre - centre) for part in parts))
-
-
-def breaks_triangle(matrix: Array, rounding: float) -> bool:
-    """Whether one principal moment exceeds the sum of the others by more than a share of it."""
-    principal = np.linalg.eigvalsh(matrix)
-    return bool(principal[2] - principal[0] - principal[1] > rounding * principal[2])

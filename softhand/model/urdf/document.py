@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers import expat
@@ -9,7 +13,7 @@ from xml.parsers import expat
 from softhand.errors import ModelError
 
 LARGEST = 8_000_000
-"""Characters of a URDF."""
+"""Bytes of a URDF."""
 
 _DEEPEST = 64
 
@@ -20,10 +24,33 @@ class Element(ElementTree.Element):
     Attributes:
         line: of its start tag, from 1.
         place: what it is and of what, such as `<mass> of link 'palm'`.
+        end: where its end tag begins in the text, in bytes of UTF-8.
     """
 
     line: int
     place: str
+    end: int
+
+
+def read_text(file: Path) -> str:
+    """The text of a URDF file.
+
+    Raises:
+        ModelError: there is no such file, it is too long, or it cannot be read.
+    """
+    try:
+        # a pipe or a device could be read for ever
+        if not stat.S_ISREG(os.stat(file).st_mode):
+            raise ModelError(f"{file}: this is no regular file; a .urdf file is needed.", file=str(file))
+        with Path(file).open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise ModelError(f"{file}: longer than {LARGEST} bytes, which no URDF is; is it a mesh?", file=str(file))
+        return data.decode("utf-8-sig")
+    except FileNotFoundError as error:
+        raise ModelError(f"{file}: there is no such URDF file.", file=str(file)) from error
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{file}: cannot read this URDF file: {error}.", file=str(file)) from error
 
 
 def read_document(text: str, file: Any) -> Element:
@@ -57,7 +84,7 @@ def read_document(text: str, file: Any) -> Element:
         stack.append(element)
 
     def end(_tag: str) -> None:
-        stack.pop()
+        stack.pop().end = parser.CurrentByteIndex
 
     def doctype(*_: Any) -> None:
         raise refuse(
@@ -75,6 +102,14 @@ def read_document(text: str, file: Any) -> Element:
         why = f"not XML: {expat.ErrorString(error.code)} at column {error.offset + 1}{still}"
         raise refuse(error.lineno, f"{why}; mend the tags and quotes there") from error
     return root[0]
+
+
+def extended(root: Element, parts: Iterable[Element], longer: int) -> Element:
+    """The root element with further elements at its end, by which the text is so many bytes longer."""
+    other = Element(root.tag, root.attrib)
+    other.line, other.place, other.end = root.line, root.place, root.end + longer
+    other.extend([*root, *parts])
+    return other
 
 
 def _place(element: Element, stack: list[Element]) -> str:

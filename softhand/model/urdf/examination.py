@@ -7,12 +7,30 @@ from pathlib import Path
 
 from softhand.errors import ModelError
 from softhand.model.urdf.bodies import check_bodies
-from softhand.model.urdf.document import read_document
+from softhand.model.urdf.document import Element, read_document
 from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import check_grammar
 from softhand.model.urdf.joints import check_angles, check_joints, check_types
 from softhand.model.urdf.shapes import check_shapes
-from softhand.model.urdf.tree import Tree, read_tree
+from softhand.model.urdf.tree import MOVING, Tree, read_tree
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a URDF shall be, and what of it counts. What does not count may be wrong.
+
+    Attributes:
+        is_object: one rigid body that moves freely, or a hand fixed at its root; None to tell it by its joints.
+        effort_counts: whether torques are limited by its efforts.
+        shape_counts: whether the collision shape of an object is touched; that of a hand never is.
+    """
+
+    is_object: bool | None = None
+    effort_counts: bool = True
+    shape_counts: bool = True
+
+
+EITHER, HAND, OBJECT = Role(), Role(is_object=False), Role(is_object=True)
 
 
 @dataclass(frozen=True)
@@ -20,23 +38,31 @@ class Examination:
     """What was found in a URDF.
 
     Attributes:
+        text: the URDF.
+        file: where it comes from.
+        folder: where its meshes lie; None if they were not looked for.
+        root: its elements.
         findings: errors and warnings.
         tree: links and joints; None if they are none.
         is_object: whether its root moves freely.
     """
 
+    text: str
+    file: Path
+    folder: Path | None
+    root: Element
     findings: Findings
     tree: Tree | None
     is_object: bool
 
 
-def examine(text: str, file: Path, is_object: bool | None = None, folder: Path | None = None) -> Examination:
+def examine(text: str, file: Path, role: Role = EITHER, folder: Path | None = None) -> Examination:
     """Check a URDF from its text alone.
 
     Args:
         text: the URDF.
         file: where it comes from, for messages.
-        is_object: one rigid body that moves freely, or a hand fixed at its root; None to tell it by its joints.
+        role: what it shall be.
         folder: where its meshes lie; they are not looked for if None.
 
     Raises:
@@ -47,19 +73,20 @@ def examine(text: str, file: Path, is_object: bool | None = None, folder: Path |
         message = f"{file}, line {root.line}: the root element is <{root.tag}>; a URDF starts with <robot>."
         raise ModelError(message, file=str(file), line=root.line, element=root.place, value=root.tag)
     findings = Findings(file)
+    is_object = role.is_object
+    if is_object is None:
+        is_object = not any(joint.get("type") in MOVING for joint in root.iterfind("joint"))
     check_grammar(root, findings)
     check_types(root, findings)
     check_angles(root, findings)
-    check_shapes(root, folder, findings)
+    check_shapes(root, folder, is_object and role.shape_counts, findings)
     tree = read_tree(root, findings)
-    if is_object is None:
-        is_object = tree is not None and not any(joint.is_moving for joint in tree.joints)
     if tree is not None:
-        check_joints(tree, findings)
+        check_joints(tree, role.effort_counts, findings)
         check_bodies(tree, is_object, findings)
         if is_object:
             _check_rigid(tree, findings)
-    return Examination(findings, tree, is_object)
+    return Examination(text, file, folder, root, findings, tree, is_object)
 
 
 def _check_rigid(tree: Tree, findings: Findings) -> None:

@@ -32,13 +32,17 @@ _MOMENT = Attribute(1, "kg m^2", True, "2.0e-6")
 _TEXT, _NAME = Attribute(), Attribute(needed=True)
 _PLAIN = Attribute(1, "", False, "1.0")
 
+MIRRORED = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
+"""Products of inertia that some programs write a second time."""
+_MIRRORED = Attribute(1, "kg m^2", False, "0")
+
 ATTRIBUTES: dict[str, dict[str, Attribute]] = {
     "robot": {"name": _NAME},
     "link": {"name": _NAME},
     "joint": {"name": _NAME, "type": _NAME},
     "origin": {"xyz": Attribute(3, "m", False, "0 0 0.05"), "rpy": Attribute(3, "rad", False, "0 0 1.5708")},
     "mass": {"value": Attribute(1, "kg", True, "0.05")},
-    "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), _MOMENT),
+    "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), _MOMENT) | dict.fromkeys(MIRRORED, _MIRRORED),
     "parent": {"link": _NAME},
     "child": {"link": _NAME},
     "axis": {"xyz": Attribute(3, "", True, "0 0 1")},

@@ -32,31 +32,50 @@ def check_types(root: Element, findings: Findings) -> None:
             findings.error(element, f'type="{kind}" is no type of joint; there are: {", ".join(_TYPES)}.', kind)
 
 
-def check_joints(tree: Tree, findings: Findings) -> None:
-    """Axis, limits, mimic and place of each joint."""
+def check_joints(tree: Tree, effort_counts: bool, findings: Findings) -> None:
+    """Axis, limits, mimic and place of each joint.
+
+    Args:
+        tree: of the joints.
+        effort_counts: whether torques are limited by the efforts.
+        findings: added to.
+    """
     names = {joint.name for joint in tree.joints}
     _check_dynamics([joint.element.find("dynamics") for joint in tree.joints if joint.is_moving], findings)
     for joint in tree.joints:
-        origin = joint.element.find("origin")
-        xyz = numbers_of(origin, "xyz", "0 0 0")
-        if isinstance(origin, Element) and xyz and math.hypot(*xyz) > _FAR:
-            findings.warn(
-                origin,
-                f'xyz="{origin.get("xyz")}" is {math.hypot(*xyz):.3g} m long; is it in millimetres? URDF has metres.',
-                origin.get("xyz", ""),
-            )
+        _check_distance(joint.element.find("origin"), findings)
         if joint.is_moving:
             _check_axis(joint, findings)
-            _check_limit(joint, findings)
+            _check_limit(joint, effort_counts, findings)
         _check_mimic(joint, names, findings)
+
+
+def check_place(joint: Element, findings: Findings) -> None:
+    """Where one more joint is."""
+    _check_angles(joint.find("origin"), findings)
+    _check_distance(joint.find("origin"), findings)
+
+
+def _check_distance(origin: ElementTree.Element | None, findings: Findings) -> None:
+    xyz = numbers_of(origin, "xyz", "0 0 0")
+    if isinstance(origin, Element) and xyz and math.hypot(*xyz) > _FAR:
+        findings.warn(
+            origin,
+            f'xyz="{origin.get("xyz")}" is {math.hypot(*xyz):.3g} m long; is it in millimetres? URDF has metres.',
+            origin.get("xyz", ""),
+        )
 
 
 def check_angles(root: Element, findings: Findings) -> None:
     """Whether an rpy looks like degrees."""
     for origin in [*root.iterfind("joint/origin"), *root.iterfind("link/*/origin")]:
-        rpy = numbers_of(origin, "rpy", "0 0 0")
-        if isinstance(origin, Element) and rpy and max(map(abs, rpy)) > 2.0 * math.pi + 1e-3:
-            findings.warn(origin, f'rpy="{origin.get("rpy")}" is more than a turn; is it in degrees? URDF has radians.')
+        _check_angles(origin, findings)
+
+
+def _check_angles(origin: ElementTree.Element | None, findings: Findings) -> None:
+    rpy = numbers_of(origin, "rpy", "0 0 0")
+    if isinstance(origin, Element) and rpy and max(map(abs, rpy)) > 2.0 * math.pi + 1e-3:
+        findings.warn(origin, f'rpy="{origin.get("rpy")}" is more than a turn; is it in degrees? URDF has radians.')
 
 
 def _check_axis(joint: Joint, findings: Findings) -> None:
@@ -72,7 +91,7 @@ def _check_axis(joint: Joint, findings: Findings) -> None:
         findings.error(axis, f'xyz="{text}" has the length {length:.6g}, not 1; write xyz="{unit}".', text)
 
 
-def _check_limit(joint: Joint, findings: Findings) -> None:
+def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
     limit = joint.element.find("limit")
     if not isinstance(limit, Element):
         if joint.kind != "continuous":
@@ -83,11 +102,11 @@ def _check_limit(joint: Joint, findings: Findings) -> None:
             )
         return
     effort, velocity = numbers_of(limit, "effort", "nan"), numbers_of(limit, "velocity", "nan")
-    if effort == [0.0]:
+    if effort == [0.0] and effort_counts:
         findings.error(
             limit,
             f'effort="{limit.get("effort")}": no torque can act on the joint; write the largest torque [N m], '
-            'such as effort="2.0".',
+            'such as effort="2.0", or set hand.effort_limit.',
             "0",
         )
     if velocity == [0.0]:

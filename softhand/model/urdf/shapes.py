@@ -1,4 +1,4 @@
-"""Visual and collision shapes: sizes, and whether meshes are there."""
+"""What visual and collision shapes are checked for: sizes, and whether meshes are there."""
 
 from __future__ import annotations
 
@@ -18,17 +18,23 @@ _SIZES = {
 }
 
 
-def check_shapes(root: Element, folder: Path | None, findings: Findings) -> None:
+def check_shapes(root: Element, folder: Path | None, is_touched: bool, findings: Findings) -> None:
     """Sizes of shapes, and their meshes if the folder of the URDF is known.
 
-    A visual mesh that is missing is a warning: nothing is computed from it.
+    A mesh that is missing is a warning where nothing is computed from it.
+
+    Args:
+        root: of the URDF.
+        folder: where its meshes lie, if known.
+        is_touched: whether contacts need its collision shapes.
+        findings: added to.
     """
     for kind in ("visual", "collision"):
         for shape in root.iterfind(f"link/{kind}/geometry/*"):
             assert isinstance(shape, Element)
             _check_size(shape, findings)
             if shape.tag == "mesh":
-                _check_mesh(shape, folder, kind == "collision", findings)
+                _check_mesh(shape, folder, is_touched and kind == "collision", findings)
 
 
 def _check_size(shape: Element, findings: Findings) -> None:

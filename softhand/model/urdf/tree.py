@@ -9,7 +9,7 @@ from softhand.model.urdf.findings import Findings
 
 MOST_LINKS = 1000
 MOVING = ("revolute", "continuous", "prismatic")
-_RESERVED = ("universe", "root_joint")
+_RESERVED = ("universe",)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from softhand.viewer.scene.parts.table import Plane
 from softhand.viewer.scene.recorded import SLIP_HOLD
 from softhand.viewer.scene.scales import fit_scales
 from softhand.viewer.scene.scene import Cast, Scene
-from softhand.viewer.scene.visuals import Source
 
 _HEADROOM = 1.5  # of a live scene, over the forces at its start
 
@@ -26,8 +25,8 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
     world = plant.world
     table = _table_of(plant)
     cast = Cast(
-        Source(world.hand_text, world.hand_urdf.parent),
-        Source(world.object_text, world.object_urdf.parent),
+        world.hand,
+        world.object,
         tuple(tip.name for tip in world.tips),
         tuple(map(float, plant.pads["radius"][: world.n_tips])),
         tuple(map(float, world.gravity)),

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from softhand.errors import ScenarioError
+from softhand.model.urdf.examination import Role
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
 from softhand.recording.recorded import RecordedScenario, scenario_of
@@ -18,8 +20,8 @@ from softhand.viewer.scene.parts.table import Plane
 from softhand.viewer.scene.samples import recorded_moment
 from softhand.viewer.scene.scales import Scales, radii_of, shared_scales
 from softhand.viewer.scene.scene import Cast, Scene
-from softhand.viewer.scene.visuals import Source
 
+_HAND, _OBJECT = (Role(is_object, effort_counts=False, shape_counts=False) for is_object in (False, True))  # to look at
 SLIP_HOLD = 0.1  # [s] that the mark of a slip stays: most slips are too short to be seen
 
 
@@ -61,8 +63,8 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
     scenario = scenario_of(recording)
     table = _table_of(scenario)
     return Cast(
-        Source(recording.hand_urdf, _folder_of(scenario, "hand")),
-        Source(recording.object_urdf, _folder_of(scenario, "object")),
+        Urdf.parse(recording.hand_urdf, Path("the hand's URDF"), _HAND, _folder_of(scenario, "hand")),
+        Urdf.parse(recording.object_urdf, Path("the object's URDF"), _OBJECT, _folder_of(scenario, "object")),
         recording.labels["contact"],
         radii_of(recording),
         scenario.vector("gravity") or Cast.gravity,

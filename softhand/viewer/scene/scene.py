@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from softhand.contact.pairs import contact_pairs
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
 from softhand.viewer.scene import palette
@@ -34,7 +34,7 @@ from softhand.viewer.scene.poses import to_world
 from softhand.viewer.scene.scales import Scales
 from softhand.viewer.scene.shapes.solids import ellipsoid
 from softhand.viewer.scene.skeleton import Skeleton
-from softhand.viewer.scene.visuals import Looks, Source, Visual
+from softhand.viewer.scene.visuals import Visual, read_visuals
 
 _BODIES = ("links", "base", "object", "tips", "desired", "table")
 """Layers that a camera has to fit."""
@@ -56,8 +56,8 @@ class Cast:
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
     """
 
-    hand: Source
-    object: Source
+    hand: Urdf
+    object: Urdf
     tips: tuple[str, ...]
     radii: tuple[float, ...]
     gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
@@ -82,7 +82,7 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         self._upright = upright(cast.gravity)
-        self._skeleton = Skeleton(cast.hand.text, Path("the hand's URDF"))
+        self._skeleton = Skeleton(cast.hand)
         self.unread: list[str] = []
         self._parts = self._make_parts(cast, scales)
         self.items: list[Item] = [item for part in self._parts for item in part.items]
@@ -112,7 +112,7 @@ class Scene:
 
     def _make_parts(self, cast: Cast, scales: Scales) -> list[Part]:
         unit, tips = max(cast.radii), list(cast.tips)
-        hand, body = self._read(Looks(cast.hand)), self._read_object(cast)
+        hand, body = self._read(cast.hand), self._read_object(cast)
         table = [] if cast.table is None else [Table(*cast.table, unit)]
         return [
             *table,
@@ -128,18 +128,17 @@ class Scene:
             InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
         ]
 
-    def _read(self, looks: Looks) -> list[Visual]:
-        visuals, unread = looks.read("visual")
+    def _read(self, urdf: Urdf) -> list[Visual]:
+        visuals, unread = read_visuals(urdf)
         self.unread += unread
         return visuals
 
     def _read_object(self, cast: Cast) -> list[Visual]:
         """Its looks; what can be touched of it where its URDF gives no looks, or where it is an ellipsoid."""
-        looks = Looks(cast.object)
-        body = self._read(looks)
+        body = self._read(cast.object)
         if body and cast.ellipsoid is None:
             return body
-        touched, _ = looks.read("collision")
+        touched, _ = read_visuals(cast.object, "collision")
         if cast.ellipsoid is None:
             return touched
         colour = next((visual.colour for visual in body), None)

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.urdf.reading import parse_urdf
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
 
 class Skeleton:
-    """Forward kinematics of all frames of a hand, from the text of its URDF.
+    """Forward kinematics of all frames of a hand.
 
     Attributes:
         model: the Pinocchio model of the hand alone.
     """
 
-    def __init__(self, text: str, file: Path) -> None:
-        self.model = parse_urdf(text, file)
+    def __init__(self, hand: Urdf) -> None:
+        self.model = build_model(hand)
         self._data = self.model.createData()
         self._q = pin.neutral(self.model)
 

@@ -1,0 +1,55 @@
+"""The object that is held: one rigid body and its shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pinocchio as pin
+
+from softhand.model.shapes.reading import read_shape
+from softhand.model.shapes.shape import Shape
+from softhand.model.urdf.examination import OBJECT
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf, Vector3
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """One rigid body that can be held.
+
+    Attributes:
+        urdf: its links, and one collision shape.
+        mass: in place of that of the URDF, whose inertia is scaled alike [kg].
+        ellipsoid: semi-axes of an ellipsoid in the place of the collision shape [m].
+        hull: take the convex hull of a mesh.
+    """
+
+    urdf: Urdf
+    mass: float | None = None
+    ellipsoid: Vector3 | None = None
+    hull: bool = False
+
+    @classmethod
+    def read(
+        cls, file: str | Path, mass: float | None = None, ellipsoid: Vector3 | None = None, hull: bool = False
+    ) -> ObjectModel:
+        """Read an object; see the class.
+
+        Raises:
+            ModelError: the file cannot be used.
+        """
+        return cls(Urdf.read(file, replace(OBJECT, shape_counts=ellipsoid is None)), mass, ellipsoid, hull)
+
+    def build(self) -> tuple[pin.Model, Shape]:
+        """Its Pinocchio model, one free-flyer joint, and its shape in the frame of that joint.
+
+        Raises:
+            ModelError: it has no shape that can be held.
+        """
+        model = build_model(self.urdf)
+        if self.mass is not None:
+            inertia = model.inertias[1]
+            scale = self.mass / inertia.mass
+            model.inertias[1] = pin.Inertia(self.mass, inertia.lever, scale * inertia.inertia)
+        return model, read_shape(self.urdf, model, self.ellipsoid, self.hull)
