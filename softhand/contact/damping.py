@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from softhand.contact.answer import answer
 from softhand.contact.friction import limit_use, traction
-from softhand.contact.slip import ROUNDED, slip_velocity
+from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.compiled import compiled
 
 
@@ -100,14 +101,23 @@ def react(contact):
 
 
 @compiled
-def forbid_pull(pads, contacts):
-    """Viscosity pulls nowhere, after `move_contacts` to another velocity."""
+def slide(pads, contacts, step):
+    """Slip with dashpots over a step that ends at the last evaluation, for steppers that evaluate without a lead.
+
+    Such an evaluation finds the force after what slips at once. Over a step the dashpots have a say in it.
+    """
     for i in range(contacts.shape[0]):
-        force = contacts[i].force
-        if pads[i].is_damped and force[2] <= 0.0:
-            force[2] = 0.0
-            if pads[i].can_slip:
-                force[0], force[1], force[3] = 0.0, 0.0, 0.0
+        contact, slip = contacts[i], contacts[i].slip
+        rate, dashpot = contact.slip_rate, contact.dashpot
+        if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
+            continue
+        if step > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
+            for k in range(3):
+                contact.deformation[1 + k] += slip[k]
+                slip[k] = 0.0
+            answer(pads[i], contact)
+            slip_to_limit(pads[i], contact, step)
+            react(contact)
 
 
 @compiled

@@ -9,7 +9,7 @@ from softhand.contact.damping import press, react, recall
 from softhand.contact.friction import has_slid, set_friction, set_limit
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
-from softhand.contact.slip import slide_on, slip_to_limit, stiffness_while_slipping
+from softhand.contact.slip import slip_to_limit, stiffness_while_slipping
 from softhand.numerics.compiled import compiled
 
 
@@ -59,9 +59,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
 def _respond(pad, contact, memory, lead, with_stiffness):
     """Force, slip and stiffness at the deformation and the velocity of a contact.
 
-    A tip slips when its whole force, viscosity included, is beyond the limit of the whole normal force. What its
-    material alone holds beyond the limit it lets go at once. What only viscosity adds it lets go as a velocity, see
-    `react`; for a stepper that asks in the middle of its step this acts for twice the lead.
+    A tip slips when its whole force, viscosity included, is beyond the limit of the whole normal force: for as long as
+    the step of a stepper that asks in the middle of it, twice the lead, or at once.
     """
     slip, stiffness, damping, m = contact.slip, contact.stiffness, contact.damping, 0.0
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
@@ -77,10 +76,8 @@ def _respond(pad, contact, memory, lead, with_stiffness):
     slips = press(contact)
     if slips:
         contact.grip = contact.friction
-        m = slip_to_limit(pad, contact)
-        if react(contact) and m == 0.0 and lead > 0.0:
-            m = slide_on(pad, contact, 2.0 * lead)
-            react(contact)
+        m = slip_to_limit(pad, contact, 2.0 * lead)
+        react(contact)
     if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
         _blame_law(pad, contact)
     # d force / d velocity, d force / d displacement

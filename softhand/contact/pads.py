@@ -36,9 +36,8 @@ from softhand.model.shapes.shape import CompiledShape
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
-
 Limit = Literal["exact", "ellipse"]
-"""The limit surface of force and torsion: that of the pressure, see `friction.set_limit`, or its usual approximation."""
+"""The limit surface of force and torsion: that of the pressure, see `friction.set_limit`, or the usual guess."""
 
 
 @dataclass(frozen=True)

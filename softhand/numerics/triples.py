@@ -55,6 +55,18 @@ def transposed_times(A, b):
 
 
 @compiled
+def diagonal(a):
+    """The matrix with a on its diagonal."""
+    return a[0], 0.0, 0.0, 0.0, a[1], 0.0, 0.0, 0.0, a[2]
+
+
+@compiled
+def with_diagonal(A, a):
+    """A + diag(a)"""
+    return A[0] + a[0], A[1], A[2], A[3], A[4] + a[1], A[5], A[6], A[7], A[8] + a[2]
+
+
+@compiled
 def one_and_product(share, A, B):
     """1 + share A B"""
     a, b, c = times(A, (B[0], B[3], B[6])), times(A, (B[1], B[4], B[7])), times(A, (B[2], B[5], B[8]))
