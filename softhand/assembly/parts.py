@@ -76,6 +76,7 @@ def read_fingertips(scenario: Scenario, world: World, laws: Law | Sequence[Law] 
                 can_slip=tip.contact == "coulomb",
                 static_friction=tip.static_friction,
                 torsion_length=tip.torsion_length,
+                limit=tip.limit,
                 face_friction=face_friction,
             )
         )

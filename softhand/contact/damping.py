@@ -4,77 +4,120 @@ from __future__ import annotations
 
 import math
 
+from softhand.contact.answer import answer
+from softhand.contact.friction import limit_use, traction
+from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.compiled import compiled
 
 
 @compiled
-def damp(pad, contact, memory, lead, slips):
-    """Change force and stiffness of a contact for its damping, and set d force / d velocity.
+def recall(pad, contact, memory, lead):
+    """`kept` and `recalled`: relaxation turns the force F of the law into kept F - recalled, while the tip touches.
 
-    First relaxation, in the coordinates of the law, so that no frame turns under what it remembers, with w_k a memory
-    of the force F of the law that follows it at the rate nu_k:
+    With w_k a memory of F, in the coordinates of the law so that no frame turns under what it remembers, which follows
+    F at the rate nu_k:
 
-        F <- F - sum_k c_k w_k,   w_k' = nu_k (F - w_k)
-
-    Then viscosity in the contact frame, f <- f + D velocity, D = diag(c_k + lambda_k f_n), f_n the normal force of the
-    law. The total normal force is never tensile. A tip that does not touch is not damped.
+        F - sum_k c_k w_k,   w_k' = nu_k (F - w_k)
 
     Args:
         pad: one row of `records.PAD`.
-        contact: one row of `records.CONTACT`, with the force (and the stiffness) of the law.
+        contact: one row of `records.CONTACT`, after `place_contact`.
         memory: row of z; w of each relaxation, four numbers each, from the fourth on.
-        lead: w is taken so much later [s].
-        slips: whether shear and torsion are at the limit of friction, where viscosity has no part in them.
+        lead: w is taken so much later [s], with F as it then is.
     """
-    contact.damping[:] = 0.0
-    if contact.deformation[0] <= 0.0:
-        return
-    force, velocity, damping = contact.force, contact.velocity, contact.damping
-    elastic = max(force[2], 0.0)
-    if memory.shape[0] > 6:
-        _remember(pad, contact, memory, lead)
-    for k, channel in ((0, 1), (1, 1), (2, 0), (3, 2)):
-        if slips and k != 2:
-            continue
-        damping[k] = pad.viscosity[channel] + pad.viscosity_per_force[channel] * elastic
-        force[k] += damping[k] * velocity[k]
-    if force[2] < 0.0:
-        force[2], damping[2] = 0.0, 0.0
-        contact.stiffness[2, :] = 0.0
-
-
-@compiled
-def _remember(pad, contact, memory, lead):
-    """F - sum c_k w_k at z + lead z', in place of F."""
-    force, law = contact.force, contact.deformation_force
-    kept = 1.0
+    recalled = contact.recalled
+    contact.is_damped = 1 if contact.deformation[0] > 0.0 else 0
+    contact.dashpot[:] = 0.0
+    contact.kept = 1.0
+    recalled[:] = 0.0
     for k in range((memory.shape[0] - 3) // 4):
         share, rate = pad.relaxation[k, 0], pad.relaxation[k, 1]
-        step = -math.expm1(-rate * lead)
+        left = math.exp(-rate * lead)
         first = 3 + 4 * k
-        w0 = share * (memory[first] + step * (law[0] - memory[first]))
-        w1 = share * (memory[first + 1] + step * (law[1] - memory[first + 1]))
-        w2 = share * (memory[first + 2] + step * (law[2] - memory[first + 2]))
-        w3 = share * (memory[first + 3] + step * (law[3] - memory[first + 3]))
-        force[0] -= contact.theta_per_x * w1 + contact.psi_per_x * w3
-        force[1] -= contact.phi_per_y * w2
-        force[2] -= w0
-        force[3] -= w3
-        kept -= share * step
-    for row in range(4):
-        for column in range(4):
-            contact.stiffness[row, column] *= kept
+        contact.kept -= share * (1.0 - left)
+        torsion = share * left * memory[first + 3]
+        recalled[0] += contact.theta_per_x * share * left * memory[first + 1] + contact.psi_per_x * torsion
+        recalled[1] += contact.phi_per_y * share * left * memory[first + 2]
+        recalled[2] += share * left * memory[first]
+        recalled[3] += torsion
 
 
 @compiled
-def forbid_pull(pads, contacts):
-    """Viscosity pulls nowhere, after `move_contacts` to another velocity."""
+def press(contact):
+    """The whole force at the velocity as if nothing slipped, f = f_el + D velocity, never a pull; after `answer`.
+
+    Args:
+        contact: one row of `records.CONTACT`; force and limit_surface_use are set.
+
+    Returns:
+        Whether it is beyond the limit mu f_z, mu the `grip`.
+    """
+    force, elastic, dashpot, velocity = contact.force, contact.elastic, contact.dashpot, contact.velocity
+    contact.slip_rate[0], contact.slip_rate[1], contact.slip_rate[2] = 0.0, 0.0, 0.0
+    for k in range(4):
+        force[k] = elastic[k] + dashpot[k] * velocity[k]
+    if contact.is_damped or contact.grip < math.inf:
+        force[2] = max(force[2], 0.0)
+    if contact.grip == math.inf:
+        return False
+    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * force[2])
+    return contact.limit_surface_use > 1.0 + ROUNDED
+
+
+@compiled
+def react(contact):
+    """The whole force at the velocity, within the limit of friction; after `answer`.
+
+        f = f_el + D (velocity - slip rate)
+
+    Where f_el + D velocity is beyond the limit mu f_z of the whole normal force, the surfaces slip over each other as
+    fast as it takes to bring the whole force to the limit, along its normal. The dashpots see what is left of the
+    velocity, so that their power is never negative. A tip that does not press holds nothing.
+
+    Args:
+        contact: one row of `records.CONTACT`; force, slip_rate and limit_surface_use are set.
+
+    Returns:
+        Whether the surfaces slip in this way.
+    """
+    if not press(contact):
+        return False
+    force, dashpot, lever = contact.force, contact.dashpot, contact.lever
+    room = contact.grip * force[2]
+    yields = room > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0
+    if yields:
+        y = slip_velocity(contact, room)
+        contact.slip_rate[0], contact.slip_rate[1], contact.slip_rate[2] = y[0], y[1], y[2] / lever
+        force[0] -= dashpot[0] * y[0]
+        force[1] -= dashpot[1] * y[1]
+        force[3] -= dashpot[3] * y[2] / lever
+    # what no dashpot can take, where the normal force is not that at which the material came to the limit
+    use = limit_use(contact, traction(contact), room)
+    if use > 1.0 + ROUNDED:
+        for k in (0, 1, 3):
+            force[k] = force[k] / use if use < math.inf else 0.0
+    contact.limit_surface_use = 1.0
+    return yields
+
+
+@compiled
+def slide(pads, contacts, step):
+    """Slip with dashpots over a step that ends at the last evaluation, for steppers that evaluate without a lead.
+
+    Such an evaluation finds the force after what slips at once. Over a step the dashpots have a say in it.
+    """
     for i in range(contacts.shape[0]):
-        force = contacts[i].force
-        if pads[i].is_damped and force[2] <= 0.0:
-            force[2] = 0.0
-            if pads[i].can_slip:
-                force[0], force[1], force[3] = 0.0, 0.0, 0.0
+        contact, slip = contacts[i], contacts[i].slip
+        rate, dashpot = contact.slip_rate, contact.dashpot
+        if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
+            continue
+        if step > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
+            for k in range(3):
+                contact.deformation[1 + k] += slip[k]
+                slip[k] = 0.0
+            answer(pads[i], contact)
+            slip_to_limit(pads[i], contact, step)
+            react(contact)
 
 
 @compiled

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.contact.address import call
+from softhand.contact.damping import react
 from softhand.numerics.compiled import compiled
 
 
@@ -79,13 +80,9 @@ def move_contacts(columns, contacts, jacobian, v):
         contact = contacts[i]
         if contact.is_idle:
             continue
-        force, velocity, damping = contact.force, contact.velocity, contact.damping
-        for k in range(4):
-            force[k] -= damping[k] * velocity[k]
-        relative_velocity(columns[i], jacobian[i], v, velocity)
-        for k in range(4):
-            force[k] += damping[k] * velocity[k]
-        deformation_rate(contact, velocity, contact.deformation_rate)
+        relative_velocity(columns[i], jacobian[i], v, contact.velocity)
+        deformation_rate(contact, contact.velocity, contact.deformation_rate)
+        react(contact)
 
 
 @compiled
@@ -95,15 +92,6 @@ def integrate_memory(columns, contacts, jacobian, v, step, z):
     for i in range(contacts.shape[0]):
         for k in range(3):
             z[i, k] += step * contacts[i].deformation_rate[1 + k]
-
-
-@compiled
-def contact_force(contact, dF, force):
-    """force = J_delta^-T dF, Eq. (48): f_x, f_y, f_z [N] and tau [N m] on the object, in C_F."""
-    force[0] = contact.theta_per_x * dF[1] + contact.psi_per_x * dF[3]
-    force[1] = contact.phi_per_y * dF[2]
-    force[2] = dF[0]
-    force[3] = dF[3]
 
 
 @compiled

@@ -8,13 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.contact.friction import face_of
-from softhand.contact.records import BALL, LAW_ARGUMENTS, MAX_LAW_PARAMETERS, MAX_RELAXATIONS, PAD, PLANE, SOLID
+from softhand.contact.records import (
+    BALL,
+    COLUMNS,
+    ELLIPSE,
+    LAW_ARGUMENTS,
+    MAX_LAW_PARAMETERS,
+    MAX_RELAXATIONS,
+    OWN_PRESSURE,
+    PAD,
+    PLANE,
+    SOLID,
+)
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
 from softhand.laws.law import LEADING, CompiledLaw, Law
@@ -23,6 +35,9 @@ from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import CompiledShape
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
+
+Limit = Literal["exact", "ellipse"]
+"""The limit surface of force and torsion: that of the pressure, see `friction.set_limit`, or the usual guess."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +55,7 @@ class Fingertip:
     """Coefficient until slip begins, not below `friction`; None: the same."""
     torsion_length: float | None = None
     """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
+    limit: Limit = "exact"
     face_friction: tuple[float, ...] = ()
     """mu on the faces +x, -x, +y, -y, +z, -z of a box in place of `friction`; 0 where that holds; empty: nowhere."""
 
@@ -100,7 +116,10 @@ class Support:
     torsion_length: float | None = None
     """As those of `Fingertip`."""
     torsion_share: float | None = None
-    """As that of a law, in place of the law's."""
+    """tau_max / (mu f_z) over sqrt(r dr), in place of the law's."""
+    limit: Limit = "exact"
+    kappa: float | None = None
+    """tau_max / (mu f_z) over the radius of the contact, of a pressure that is not that of columns."""
 
     can_slip = True
 
@@ -169,6 +188,7 @@ def build_pads(
         _set_solid(pad, world, fingertip.can_slip or fingertip.face.is_curved)
         _set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
+        _set_limit(pad, fingertip.limit, fingertip.law.torsion_share)
         pad["has_faces"], pad["face_friction"] = any(fingertip.face_friction), fingertip.face_friction or 0.0
     for pad, support in zip(pads[len(fingertips) :], supports, strict=True):
         pad["is_support"] = 1
@@ -177,6 +197,7 @@ def build_pads(
         _set_shape(pad, world, support)
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
+        _set_limit(pad, support.limit, support.kappa or support.law.torsion_share)
     return pads
 
 
@@ -226,6 +247,11 @@ def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: i
     pad["slip_column"] = n_memory - 1 if contact.holds_longer else -1
     pad["torsion_length"] = contact.torsion_length or 0.0
     _set_damping(pad, contact.damping)
+
+
+def _set_limit(pad: np.void, limit: Limit, kappa: float | None) -> None:
+    pad["limit"] = ELLIPSE if limit == "ellipse" else OWN_PRESSURE if kappa else COLUMNS
+    pad["kappa"] = kappa or 0.0
 
 
 def _set_damping(pad: np.void, damping: Damping) -> None:

@@ -21,6 +21,9 @@ MAX_RELAXATIONS = 4
 PLANE, SOLID, BALL = range(3)
 """What the base of a contact is shaped like."""
 
+ELLIPSE, COLUMNS, OWN_PRESSURE = range(3)
+"""The limit surface: an ellipse, or the exact one of a pressure, that of columns or one with a kappa of its own."""
+
 PAD = np.dtype(
     [
         ("joint", np.int64),  # Pinocchio joint that carries the pad, 0 for the world
@@ -39,6 +42,8 @@ PAD = np.dtype(
         ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
         ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
         ("torsion_share", np.float64),  # the same over sqrt(r dr), or 0 for the pressure of columns
+        ("limit", np.int64),  # ELLIPSE, COLUMNS or OWN_PRESSURE
+        ("kappa", np.float64),  # of the own pressure: tau_max / (mu f_z) over the radius of the contact
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
@@ -73,6 +78,8 @@ CONTACT = np.dtype(
         ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
         ("friction", np.float64),  # coefficient mu there, kinetic
         ("static_friction", np.float64),  # until slip begins
+        ("lever", np.float64),  # l = tau_max / (mu f_z) [m], see `friction.set_limit`
+        ("curve", np.float64, 5),  # c_i of the exact limit surface; zeros: the ellipse
         ("distance", np.float64),  # R = r - dr: from the origin of F to the surface [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]
         ("sin_Phi", np.float64),
@@ -87,9 +94,16 @@ CONTACT = np.dtype(
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
         ("is_idle", np.int64),  # 1 for a support that does not touch: all that follows from touch is then zero
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
+        ("is_damped", np.int64),  # whether the material relaxes or has dashpots, and touches
+        ("kept", np.float64),  # share of the law's force that has not relaxed
+        ("recalled", np.float64, 4),  # what else relaxation takes from it, in C_F
+        ("elastic", np.float64, 4),  # force of the material without viscosity: f_x, f_y, f_z [N], tau [N m], in C_F
+        ("dashpot", np.float64, 4),  # viscosity along x, y, z [N s/m] and about z [N m s/rad]
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
-        ("slip", np.float64, 3),  # what the limit took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation
-        ("force_before", np.float64, 3),  # last three of deformation_force where slip was last made final
+        ("grip", np.float64),  # mu of the limit that holds now, infinite where friction has none
+        ("slip", np.float64, 3),  # what slip took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation
+        ("slip_rate", np.float64, 3),  # v_x, v_y [m/s], w_z [rad/s] of slip that dashpots leave room for, in C_F
+        ("force_before", np.float64, 3),  # force where slip was last made final, in the coordinates of the law
         ("limit_surface_use", np.float64),
         ("is_slipping", np.int64),  # whether the last step slipped
         ("slip_travel", np.float64),  # since the start [m]

@@ -68,6 +68,7 @@ def corners_on_table(world: World, plane: Face, friction: float, stiffness: floa
             shape=plane,
             damping=material,
             torsion_length=_POINT_LENGTH,
+            limit="ellipse",
         )
         for k, corner in enumerate(world.shape.corners())
     ]
@@ -93,6 +94,8 @@ def tips_on_table(world: World, fingertips: Sequence[Fingertip], plane: Face, fr
             damping=fingertip.damping,
             torsion_length=fingertip.torsion_length,
             torsion_share=fingertip.law.torsion_share,
+            limit=fingertip.limit,
+            kappa=fingertip.law.torsion_share,
         )
         for tip, fingertip in zip(world.tips, fingertips, strict=True)
     ]
@@ -129,6 +132,8 @@ def tips_on_tips(world: World, fingertips: Sequence[Fingertip]) -> list[Support]
                 static_friction=tip.static_friction,
                 torsion_length=tip.torsion_length,
                 torsion_share=share,
+                limit=tip.limit,
+                kappa=tip.law.torsion_share,
             )
         )
     return found

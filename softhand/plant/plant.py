@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.damping import slide
 from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
@@ -115,13 +116,18 @@ class Plant:
         """Make the slip of the last evaluation final, in z and in the totals of the contacts."""
         note_slip(self.pads, self.contacts, z)
 
-    def settle(self, state: State) -> None:
+    def settle(self, state: State, step: float = 0.0) -> None:
         """Make the slip at a state final, for steppers whose forces obey the limit while z runs on within a step.
 
         To be called before and after a step; a state that was left settled stays as it is.
+
+        Args:
+            state: its z is set.
+            step: that ends there [s].
         """
         if self.can_slip and not is_at(state.q, state.v, state.z, self.at):
             self.update(state.q, state.v, state.z)
+            slide(self.pads, self.contacts, step)
             self.note_slip(state.z)
             set_at(state.q, state.v, state.z, self.at)
 

@@ -28,6 +28,8 @@ class TipSection(OpenSettings):
     """As in `fingertip` [1]."""
     torsion_length: Positive | None = None
     """As in `fingertip` [m]."""
+    limit: Literal["exact", "ellipse"] | None = None
+    """As in `fingertip`."""
     damping: DampingSection | None = None
     """As in `fingertip`, the whole table."""
 
@@ -45,6 +47,8 @@ class FingertipSection(OpenSettings):
     """Coefficient at which slip begins, with `coulomb` [1]; that of `friction` if not given."""
     torsion_length: Positive | None = None
     """Largest torsion over mu f_z [m]; from the pressure of the law if not given."""
+    limit: Literal["exact", "ellipse"] = "exact"
+    """Limit of force and torsion together: `exact`, that of the pressure of the law, or `ellipse`, the usual guess."""
     tips_touch: bool = False
     """Whether tips meet each other; otherwise they pass through each other."""
     damping: DampingSection | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.friction import limit_surface_use, spin_length
+from softhand.contact.friction import limit_use, set_limit, traction
 from softhand.contact.kinematics import contact_coordinates
 from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.compiled import compiled
@@ -98,10 +98,11 @@ def describe_contacts(touch, poses, J, v, at_tips):
     object_pose = poses[poses.shape[0] - 1]
     for i in range(at_tips.friction_use.shape[0]):
         pad, contact = touch.pads[i], touch.contacts[i]
-        at_tips.friction_use[i] = _friction_use(pad, contact)
+        at_tips.friction_use[i] = _friction_use(contact)
         if not pad.can_slip:
-            length = spin_length(pad, contact.distance)
-            contact.limit_surface_use = limit_surface_use(contact.force, contact.friction, length)
+            set_limit(pad, contact)
+            room = contact.friction * contact.force[2]
+            contact.limit_surface_use = limit_use(contact, traction(contact), room)
         coordinates, rate = at_tips.contact_coordinates[i], at_tips.contact_coordinates_rate[i]
         contact_coordinates(pad, contact, touch.columns[i], object_pose, J, v, coordinates, rate)
         for k in range(4):
@@ -136,15 +137,12 @@ def describe_jacobians(touch, object_pose, T_O, jacobians):
 
 
 @compiled
-def _friction_use(pad, contact):
+def _friction_use(contact):
     """|f_t| / (mu f_z)."""
     f = contact.force
     limit = contact.friction * max(f[2], 0.0)
     tangential = math.hypot(f[0], f[1])
-    use = tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
-    if pad.can_slip and pad.is_damped:  # the limit was kept before viscosity followed the velocity
-        use = min(use, contact.limit_surface_use * contact.static_friction / contact.friction)
-    return use
+    return tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
 
 
 @compiled

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand.contact.damping import forbid_pull
 from softhand.contact.kinematics import move_contacts
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pairs import contact_pairs
@@ -125,7 +124,6 @@ def _observe(body, touch, terms, desired, state, at, groups, evaluated):
         at[0] = math.nan
     elif is_at(state.q, state.v, state.z, at):
         move_contacts(touch.columns, contacts, touch.jacobian, state.v)
-        forbid_pull(touch.pads, contacts)
     else:
         return False
     gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)

@@ -67,4 +67,4 @@ class _AdaptiveIntegration(Integration):
             raise FloatingPointError(message or f"more than {_MOST_SUBSTEPS} sub-steps in {settings.step:g} s")
         self._first_step = min(settings.step, float(solver.h_abs))
         flow.scatter(solver.y, state)
-        self._plant.settle(state)
+        self._plant.settle(state, settings.step)

@@ -42,4 +42,4 @@ class _RungeKuttaIntegration(Integration):
             flow.rate(stage, torque, k[i])
         y += (h / 6.0) * (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3])
         flow.scatter(y, state)
-        self._plant.settle(state)
+        self._plant.settle(state, h)

@@ -53,7 +53,7 @@ class _EulerIntegration(Integration):
             state.v,
             state.z,
         )
-        plant.settle(state)
+        plant.settle(state, self._step)
 
 
 @compiled

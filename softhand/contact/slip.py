@@ -1,0 +1,343 @@
+"""Slip: what a tip stores of shear and torsion goes back to the limit of friction, along the flow of most dissipation.
+
+Forces, displacements and velocities of this file are three numbers in the contact frame, the spin scaled by the lever l
+of the limit surface, so that all three have one unit and force times displacement is work:
+
+    s = (f_x, f_y, tau / l) [N],   x = (x, y, l w) [m],   v = (v_x, v_y, l w_z) [m/s]
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from softhand.contact.answer import answer, answer_stiffness, normal_force
+from softhand.contact.friction import limit_of, limit_use, traction
+from softhand.numerics.compiled import compiled
+from softhand.numerics.triples import (
+    diagonal,
+    dot,
+    length,
+    moved,
+    one_and_product,
+    solved,
+    times,
+    times_number,
+    transposed_times,
+    with_diagonal,
+)
+
+Triple = tuple[float, float, float]
+
+ROUNDED = 1e-12
+"""How far beyond 1 the use of the limit surface still counts as within."""
+
+_CLOSE = 1e-13  # how near to 1 it must come on the way back
+_ALIGNED = 1e-10  # how far the slip may then be off the normal, as a share of it
+_OFF = 1e-15  # and as a share of the whole displacement
+_GOOD = 1e-20  # square of both that will do where rounding allows no more
+_NEAR = 2.0  # use up to which the law at the trial displacement is a good guide on the way back
+_MOST_STEPS = 40  # of each search
+_MOST_HALVINGS = 60
+_NOTHING = 1e-12  # of the force: what is left of the limit for a search where the tip does not press
+_ZERO = (0.0, 0.0, 0.0)
+_UNIT = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+class Trial(NamedTuple):
+    """A tip that is held as if nothing slipped: its force after a slip y is s(x0 - y) + push - dash y."""
+
+    x0: Triple
+    """Its displacement [m]."""
+    push: Triple
+    """What its dashpots add to the force s of the material [N]."""
+    dash: Triple
+    """How much less of that for a slip within the time of the dashpots [N/m]."""
+    least: float
+    """For a limit of nothing [N]."""
+
+
+@compiled
+def slip_to_limit(pad, contact, duration):
+    """Let a tip slip whose whole force is beyond the limit of its whole normal force.
+
+    With the displacement x0 and the velocity v that it would have without slip, s(x) of the material, D of the
+    dashpots, H of `limit_of`, and the time h within which it slips:
+
+        x = x0 - y,   f = s(x) + D (v - y / h),   y = m e(f),   e = (1/2) dH/df,   sqrt(H(f)) = mu f_z,   m >= 0
+
+    The slip y is along the outward normal of the limit: against y, no force within the limit takes more work than the
+    one on it. This is an implicit Euler step of the associated flow, and where f has an energy the closest point in its
+    norm. In steady sliding y is the whole displacement of a step, so that friction is against it for every law.
+
+    Dashpots do not hold what the material alone has beyond the limit: that it lets go at once, without them, and so it
+    does all where h is 0.
+
+    Args:
+        pad: one row of `records.PAD`.
+        contact: one row of `records.CONTACT`, after `answer` at x0, with its `grip` mu; what it lets go is added to
+            `slip`.
+        duration: h [s].
+
+    Returns:
+        The multiplier m [m/N]; 0 if it lets go nothing.
+    """
+    first, second, third = contact.deformation[1], contact.deformation[2], contact.deformation[3]
+    lever, D, v, m = contact.lever, contact.dashpot, contact.velocity, 0.0
+    least = _NOTHING * length(_material(contact))
+    if duration > 0.0 and D[0] + D[1] + D[3] > 0.0:
+        dash = D[0] / duration, D[1] / duration, D[3] / (lever * lever * duration)
+        push = D[0] * v[0], D[1] * v[1], D[3] * v[3] / lever
+        m = _return(pad, contact, Trial(_stored(contact), push, dash, least))
+    if limit_use(contact, _material(contact), contact.grip * normal_force(contact)) > 1.0 + ROUNDED:
+        m = _return(pad, contact, Trial(_stored(contact), _ZERO, _ZERO, least))
+    contact.slip[0] += first - contact.deformation[1]
+    contact.slip[1] += second - contact.deformation[2]
+    contact.slip[2] += third - contact.deformation[3]
+    return m
+
+
+@compiled
+def _return(pad, contact, trial):
+    """The equations of `slip_to_limit` for one trial: stores x and returns m.
+
+    Newton's method on (x, m). It begins from the solution for a linear law and a limit that is a sphere: as they are at
+    x0, or the law as it is at x = 0 where x0 is so far out that it need not mean anything there. If that does not lead
+    to the end, as with a normal force that depends much on the shear, it begins from x0 cut back in proportion, and
+    there it stays if that does not either.
+    """
+    use = limit_use(contact, moved(_material(contact), 1.0, trial.push), contact.grip * normal_force(contact))
+    m, x = _guess_linear(pad, contact, trial, use < _NEAR)
+    found, m = _closest_point(pad, contact, trial, m, x)
+    if not found:
+        m, x = _guess_in_proportion(pad, contact, trial)
+        found, m = _closest_point(pad, contact, trial, m, x)
+    if not found:
+        m = 0.0
+        _force(pad, contact, trial, x)
+    return m
+
+
+@compiled
+def _closest_point(pad, contact, trial, m, x):
+    """Newton's method from a guess of m and x: whether it came to its end, and m. A step is halved until it is nearer.
+
+    (1 + m e' K) dx + e dm = y - m e,   d(use) = 1 - use,   K = df/dx
+    """
+    size = max(length(trial.x0), 1e-300)
+    gap, share, x_last, m_last, dx, dm = math.inf, 1.0, x, m, _ZERO, 0.0
+    for _ in range(_MOST_STEPS):
+        # how far off
+        s = _force(pad, contact, trial, x)
+        normal = contact.grip * normal_force(contact)
+        room = max(normal, trial.least)
+        H, e, by_s = limit_of(contact.curve, s)
+        use, y = math.sqrt(H) / room, moved(trial.x0, -1.0, x)
+        off = moved(y, -m, e)
+        if abs(use - 1.0) < _CLOSE and length(off) <= _ALIGNED * length(y) + _OFF * size:
+            return True, m
+        nearer = (use - 1.0) ** 2 + (length(off) / size) ** 2
+        if nearer < gap and m > 0.0:
+            # the next step
+            gap, share, x_last, m_last = nearer, 1.0, x, m
+            answer_stiffness(pad, contact)
+            K = with_diagonal(_stiffness(contact), trial.dash)
+            by_x = times_number(1.0 / (math.sqrt(H) * room), transposed_times(K, e))
+            if normal > trial.least:
+                by_x = moved(by_x, -contact.grip * use / room, _normal_stiffness(contact))
+            dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
+        elif gap == math.inf:
+            return False, m
+        else:
+            share *= 0.5
+        x, m = moved(x_last, share, dx), m_last + share * dm
+    _force(pad, contact, trial, x_last)
+    return gap < _GOOD, m_last
+
+
+@compiled
+def _newton_step(K, e, by_s, use_by_x, off, use, m):
+    """dx and dm of (1 + m e' K) dx + e dm = off and use + (d use / dx) dx = 1."""
+    B = one_and_product(m, by_s, K)
+    a, b = solved(B, off), solved(B, e)
+    dm = (use - 1.0 + dot(use_by_x, a)) / dot(use_by_x, b)
+    return moved(a, -dm, b), dm
+
+
+@compiled
+def _guess_linear(pad, contact, trial, from_trial):
+    """m and x for a law that is linear: as it is at x0, or as it is at 0."""
+    x0 = trial.x0
+    s = _force(pad, contact, trial, x0 if from_trial else _ZERO)
+    answer_stiffness(pad, contact)
+    K = with_diagonal(_stiffness(contact), trial.dash)
+    if not from_trial:
+        s = moved(s, 1.0, times(K, x0))
+    return _guess_round(contact, K, s, x0, max(contact.grip * normal_force(contact), trial.least))
+
+
+@compiled
+def _guess_round(contact, K, s, x0, room):
+    """m and x with s, beyond the limit, taken for linear and the limit for a sphere as far out as it is along s.
+
+    |(1 + m K)^-1 s| = r by Newton's method on 1 / |.|, which is concave in m if K is that of an energy.
+    """
+    H, _, _ = limit_of(contact.curve, s)
+    r = room * length(s) / math.sqrt(H)
+    m, t = 0.0, s
+    for _ in range(_MOST_STEPS):
+        B = one_and_product(m, _UNIT, K)
+        t = solved(B, s)
+        size = length(t)
+        step = (size / r - 1.0) * size * size / dot(t, solved(B, times(K, t)))
+        if not 1e-15 * m < step < math.inf:
+            break
+        m += step
+    return m, moved(x0, -m, t)
+
+
+@compiled
+def _guess_in_proportion(pad, contact, trial):
+    """m and x with x0 cut back, towards where there is no force, until the force is within the limit."""
+    # where there is no force, by Newton's method from 0
+    x = _ZERO
+    for _ in range(_MOST_STEPS):
+        s = _force(pad, contact, trial, x)
+        if limit_use(contact, s, contact.grip * normal_force(contact)) < _CLOSE:
+            break
+        answer_stiffness(pad, contact)
+        ahead = moved(x, -1.0, solved(with_diagonal(_stiffness(contact), trial.dash), s))
+        if not length(ahead) < math.inf:
+            break
+        x = ahead
+    # how far from there towards x0, by bisection
+    low, high, way = 0.0, 1.0, moved(trial.x0, -1.0, x)
+    for _ in range(_MOST_HALVINGS):
+        middle = 0.5 * (low + high)
+        s = _force(pad, contact, trial, moved(x, middle, way))
+        if limit_use(contact, s, contact.grip * normal_force(contact)) <= 1.0:
+            low = middle
+        else:
+            high = middle
+    x = moved(x, low, way)
+    _, e, _ = limit_of(contact.curve, _force(pad, contact, trial, x))
+    return dot(moved(trial.x0, -1.0, x), e) / dot(e, e), x
+
+
+@compiled
+def slip_velocity(contact, room):
+    """How fast the surfaces slip over each other where only the dashpots take the force beyond the limit.
+
+    As in `slip_to_limit`, with velocities for displacements and the dashpots D for the law:
+
+        f = s_el + D (v - y),   y = m e(f),   sqrt(H(f)) = mu f_z
+
+    Args:
+        contact: one row of `records.CONTACT`, after `answer`; its `elastic` force is within the limit.
+        room: mu f_z [N].
+    """
+    lever, D, velocity = contact.lever, contact.dashpot, contact.velocity
+    K = diagonal((D[0], D[1], D[3] / (lever * lever)))
+    elastic, v = _material(contact), (velocity[0], velocity[1], lever * velocity[3])
+    m, x = _guess_round(contact, K, moved(elastic, 1.0, times(K, v)), v, room)
+    for _ in range(_MOST_STEPS):
+        s = moved(elastic, 1.0, times(K, x))
+        H, e, by_s = limit_of(contact.curve, s)
+        use, y = math.sqrt(H) / room, moved(v, -1.0, x)
+        off = moved(y, -m, e)
+        if abs(use - 1.0) < _CLOSE and length(off) <= _ALIGNED * length(y) + _OFF * length(v):
+            break
+        by_x = times_number(1.0 / (math.sqrt(H) * room), times(K, e))
+        dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
+        x, m = moved(x, 1.0, dx), max(m + dm, 0.5 * m)
+    return moved(v, -1.0, x)
+
+
+@compiled
+def stiffness_while_slipping(contact, m, per_lead):
+    """The stiffness of a tip that slipped by m e in the last step, for the next one, in place of that of its law.
+
+        A = K (1 + (m / 2) e' K)^-1,   A <- A - (A e) (e^T A) / (e^T A e),   e' = de/df
+
+    With m in place of m / 2 it is the derivative of the force of `slip_to_limit` by the displacement, at a given normal
+    force. It is zero along the slip. Across it the force turns with the direction of slip, by no more than mu f_z over
+    the slip of a step, however stiff the law: the force answers to the displacement of that step, thus to a velocity.
+    A stepper that adds h^2/4 of the stiffness to the mass is stable with any spring, but wants twice as much for what
+    answers to a velocity; the half of m is what is enough for both, at every ratio of the slip of a step to the
+    stored displacement. The limit changes with the normal force too, but a matrix of that is not symmetric, so of the
+    normal direction only its own stiffness is kept.
+
+    Dashpots are in it as D / lead, h/2 of the damping for h^2/4 of the stiffness.
+
+    Args:
+        contact: one row of `records.CONTACT`, after `answer_stiffness`; stiffness is changed.
+        m: of `slip_to_limit` [m/N].
+        per_lead: one over the lead, half of the step [1/s].
+    """
+    lever, D, stiffness = contact.lever, contact.dashpot, contact.stiffness
+    dash = per_lead * D[0], per_lead * D[1], per_lead * D[3] / (lever * lever)
+    K, s, normal = with_diagonal(_stiffness(contact), dash), traction(contact), stiffness[2, 2]
+    stiffness[:] = 0.0
+    stiffness[2, 2] = normal
+    _, e, by_s = limit_of(contact.curve, s)
+    B = one_and_product(0.5 * m, by_s, K)
+    a = times(K, solved(B, (1.0, 0.0, 0.0)))
+    b = times(K, solved(B, (0.0, 1.0, 0.0)))
+    c = times(K, solved(B, (0.0, 0.0, 1.0)))
+    A = (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2])
+    right, left = times(A, e), transposed_times(A, e)
+    most = dot(e, right)
+    if not 0.0 < most < math.inf:
+        return
+    for i in range(3):
+        row, to_row = (i, 1.0) if i < 2 else (3, lever)
+        for j in range(3):
+            column, to_column = (j, 1.0) if j < 2 else (3, lever)
+            stiffness[row, column] = to_row * to_column * (A[3 * i + j] - right[i] * left[j] / most)
+
+
+@compiled
+def _force(pad, contact, trial, x):
+    """f after the slip x0 - x; the contact is then there."""
+    contact.deformation[1] = contact.theta_per_x * x[0]
+    contact.deformation[2] = contact.phi_per_y * x[1]
+    contact.deformation[3] = x[2] / contact.lever + contact.psi_per_x * x[0]
+    answer(pad, contact)
+    s, x0, push, dash = _material(contact), trial.x0, trial.push, trial.dash
+    return (
+        s[0] + push[0] - dash[0] * (x0[0] - x[0]),
+        s[1] + push[1] - dash[1] * (x0[1] - x[1]),
+        s[2] + push[2] - dash[2] * (x0[2] - x[2]),
+    )
+
+
+@compiled
+def _stored(contact):
+    """x of the deformation, the tangential part of J_delta times it."""
+    along_x = contact.deformation[1] / contact.theta_per_x
+    twist = contact.deformation[3] - contact.psi_per_x * along_x
+    return along_x, contact.deformation[2] / contact.phi_per_y, contact.lever * twist
+
+
+@compiled
+def _material(contact):
+    """s of `elastic`."""
+    return contact.elastic[0], contact.elastic[1], contact.elastic[3] / contact.lever
+
+
+@compiled
+def _stiffness(contact):
+    """ds/dx of `elastic`, after `answer_stiffness`."""
+    K, lever = contact.stiffness, contact.lever
+    return (
+        K[0, 0], K[0, 1], K[0, 3] / lever,
+        K[1, 0], K[1, 1], K[1, 3] / lever,
+        K[3, 0] / lever, K[3, 1] / lever, K[3, 3] / (lever * lever),
+    )  # fmt: skip
+
+
+@compiled
+def _normal_stiffness(contact):
+    """df_z/dx of `elastic`."""
+    K = contact.stiffness
+    return K[2, 0], K[2, 1], K[2, 3] / contact.lever
