@@ -76,6 +76,6 @@ class FingerOnly(Controller):
             euler_error(now.q_O, desired, error)
             axes[3:, 3:] = turning_of(now.q_O[3:])
         else:
-            pose_error(now.position, now.rotation, desired, error)
+            pose_error(now.position, now.rotation, desired, np.empty((3, 3)), error)
             axes[3:, 3:] = now.rotation
         return np.asarray(np.linalg.solve(axes.T, K_O * error))

@@ -58,7 +58,7 @@ def pose_task(name: str, observation: Observation, form: OrientationError) -> Po
         rate = observation.object_coordinates_rate - desired.coordinates_rate
         return PoseTask(error, rate, desired.coordinates_acceleration, observation.coordinate_map)
     R, axes = observation.object_rotation, np.eye(6)
-    pose_error(observation.object_position, R, desired.coordinates, error)
+    pose_error(observation.object_position, R, desired.coordinates, np.empty((3, 3)), error)
     axes[3:, 3:] = R
     return PoseTask(error, axes.T @ (observation.object_twist - desired.twist), axes.T @ desired.twist_rate, axes)
 
@@ -80,9 +80,14 @@ def require_regular(name: str, time: float, *pitches: float) -> None:
 
 
 @compiled
-def pose_error(position, rotation, coordinates_desired, error):
-    """error = (p - p_d, log(R_d^T R)), shape (6,)."""
-    wanted = np.empty((3, 3))
+def is_regular(pitch):
+    """Whether roll, pitch and yaw can be used at a pitch [rad]."""
+    return abs(pitch) <= _STEEPEST
+
+
+@compiled
+def pose_error(position, rotation, coordinates_desired, wanted, error):
+    """error = (p - p_d, log(R_d^T R)), shape (6,); `wanted` is room for R_d, shape (3, 3)."""
     set_rotation(coordinates_desired[3:6], wanted)
     log_of_turn(wanted, rotation, error[3:6])
     for k in range(3):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.controllers.pose import OrientationError, euler_error, pose_error, require_regular
+from softhand.controllers.pose import OrientationError, euler_error, is_regular, pose_error, require_regular
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
@@ -62,6 +63,11 @@ class Regulation(Controller):
             diagonal("K_N", self.K_N, pairs),
             diagonal("K_posture", self.K_posture, n),
             observation.joint_position.copy(),
+            error=np.zeros(6),
+            pull=np.zeros(6),
+            wrench=np.zeros(6),
+            wanted=np.zeros((3, 3)),
+            f_C=np.zeros(observation.hand_force_jacobian.shape[0]),
         )
         is_euler = self.orientation_error == "euler"
         names = _COORDINATES if is_euler else _TWIST
@@ -69,10 +75,11 @@ class Regulation(Controller):
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
-        if self.orientation_error == "euler":
+        tau = memory(observation)
+        if tau[0] != tau[0]:
             pitches = observation.object_rpy[1], observation.object_rpy_desired[1]
             require_regular("Regulation", observation.time, *pitches)
-        return memory(observation), memory
+        return tau, memory
 
 
 class Reads(NamedTuple):
@@ -102,7 +109,7 @@ _TWIST = {"weight": "object_gravity", "force_rows": "object_force_jacobian", "to
 
 
 class Gains(NamedTuple):
-    """The settings of `Regulation` as diagonals."""
+    """The settings of `Regulation` as diagonals, and room to work in."""
 
     K_O: Array
     """[N/m, N m/rad], shape (6,)."""
@@ -114,15 +121,21 @@ class Gains(NamedTuple):
     """[N m/rad], shape (n,)."""
     posture: Array
     """q_F(0) [rad], shape (n,)."""
+    error: Array
+    """Room, as the following."""
+    pull: Array
+    wrench: Array
+    wanted: Array
+    f_C: Array
 
 
 @compiled
 def regulation(observed, gains, is_euler, compensate, tau):
     """tau of (59), shape (n,), from the fields of an observation; N_O by the share that the fingers shall carry."""
     n, pairs, nc = tau.shape[0], observed.internal_force.shape[0], observed.contact_force.shape[0]
-    pull, wrench, f_C = np.empty(6), np.empty(6), np.empty(3 * nc)
+    pull, wrench, f_C = gains.pull, gains.wrench, gains.f_C
     # N_O - K_O e - J_O^tauT tau_C, e the pose error; by the coordinates q_O or, in world axes, by the twist
-    _pull(observed, gains.K_O, is_euler, pull)
+    _pull(observed, gains, is_euler)
     carried = observed.carried_desired[0]
     for k in range(6):
         wrench[k] = carried * observed.weight[k] - pull[k]
@@ -153,15 +166,17 @@ def regulation(observed, gains, is_euler, compensate, tau):
 
 
 @compiled
-def _pull(observed, K_O, is_euler, pull):
-    """K_O e as a generalized force of q_O, or as a wrench in world axes, shape (6,)."""
-    error, R = np.empty(6), observed.object_rotation
+def _pull(observed, gains, is_euler):
+    """gains.pull = K_O e as a generalized force of q_O, or as a wrench in world axes, shape (6,)."""
+    error, pull, R = gains.error, gains.pull, observed.object_rotation
     if is_euler:
         euler_error(observed.object_coordinates, observed.object_coordinates_desired, error)
+        if not (is_regular(observed.object_coordinates[4]) and is_regular(observed.object_coordinates_desired[4])):
+            error[:] = math.nan
     else:
-        pose_error(observed.object_coordinates, R, observed.object_coordinates_desired, error)
+        pose_error(observed.object_coordinates, R, observed.object_coordinates_desired, gains.wanted, error)
     for k in range(6):
-        error[k] *= K_O[k]
+        error[k] *= gains.K_O[k]
         pull[k] = error[k]
     if not is_euler:
         for k in range(3):
