@@ -8,6 +8,7 @@ import numpy as np
 
 from softhand.assembly.parts import read_controller
 from softhand.controllers.gains import diagonal, pose_diagonal
+from softhand.controllers.pose import PoseTask, pose_task
 from softhand.controllers.regulation import Regulation
 from softhand.errors import RecordingError
 from softhand.numerics.arrays import Array
@@ -44,13 +45,19 @@ class Gains:
     def asked_forces(self, observation: Observation) -> Array:
         """The contact forces f that (59) asks for [N], shape (3 nc,).
 
-        f = (J_O^fT)^+ [N_O - K_O (q_O - q_Od) - J_O^tauT tau_C] + K [f_N - K_N (f_N - f_Nd)]
+        f = (J_O^fT)^+ [N_O - K_O e - J_O^tauT tau_C] + K [f_N - K_N (f_N - f_Nd)],   e the pose error of the law
         """
-        seen, desired = observation, observation.desired
-        wrench = seen.N_O - self.K_O * (seen.q_O - desired.coordinates) - seen.J_O_tau.T @ seen.tau_C
-        internal = seen.internal_force - self.K_N * (seen.internal_force - desired.internal_force)
-        forces: Array = np.linalg.pinv(seen.J_O_f.T, rcond=1e-6) @ wrench + seen.K @ internal
+        G, f_N = observation.object_force_jacobian.T, observation.internal_force
+        wrench = observation.object_gravity - observation.object_torsion_jacobian.T @ observation.tau_C
+        task = self.task(observation)
+        wrench -= task.wrench(self.K_O * task.error)
+        internal = f_N - self.K_N * (f_N - observation.internal_force_desired)
+        forces: Array = np.linalg.pinv(G, rcond=1e-6) @ wrench + observation.internal_force_basis @ internal
         return forces
+
+    def task(self, observation: Observation) -> PoseTask:
+        """The pose error as the law has it."""
+        return pose_task("Regulation", observation, self.law.orientation_error)
 
 
 def read_gains(scenario: Scenario, n_joints: int, n_pairs: int) -> Gains:

@@ -55,7 +55,7 @@ class Lyapunov(Record):
         desired: - f_d'^T (delta - delta_d), by differences of f_d [W].
         contact: rate of P by the change of phi and dpsi [W].
         damping: - (J_delta^T C_F - dF)^T delta' [W].
-        reference: - q_Od'^T K_O (q_O - q_Od) [W].
+        reference: - q_Od'^T K_O e, e the pose error, q_O - q_Od in the paper [W].
         actuation: q_F'^T (applied torque - (59)), mean of the torques before and after a sample [W].
         invariant: L of (60) along the run.
     """
@@ -181,8 +181,6 @@ def _along(
     recording: Recording, gains: Gains, parts: list[Storage], torques: Array, invariant: InvariantSeries
 ) -> Lyapunov:
     time = recording.time
-    q_O = np.concatenate([recording.object_position, recording.object_rpy], axis=1)
-    q_Od = np.concatenate([recording.object_position_desired, recording.object_rpy_desired], axis=1)
     f_d = np.array([part.desired_force for part in parts])
     gap = recording.deformation[:, :, :3] - np.array([part.desired_deformation for part in parts])
     applied = recording.joint_torque.copy()
@@ -199,7 +197,7 @@ def _along(
         desired=-np.einsum("kir,kir->k", np.gradient(f_d, time, axis=0), gap),
         contact=np.array([part.contact_rate for part in parts]),
         damping=np.array([part.damping for part in parts]),
-        reference=-np.einsum("kr,r,kr->k", np.gradient(q_Od, time, axis=0), gains.K_O, q_O - q_Od),
+        reference=np.array([part.reference for part in parts]),
         actuation=np.einsum("kr,kr->k", recording.joint_velocity, excess),
         invariant=invariant,
     )

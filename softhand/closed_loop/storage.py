@@ -27,13 +27,14 @@ class Storage:
     Attributes:
         kinetic_hand: q_F'^T M_F q_F' / 2 [J].
         kinetic_object: q_O'^T M_O q_O' / 2 [J].
-        spring: (q_O - q_Od)^T K_O (q_O - q_Od) / 2 [J].
+        spring: e^T K_O e / 2 [J], e the pose error of the law, q_O - q_Od in the paper.
         deformation: P of (62) [J]; NaN where no deformation answers to f_d, for instance where it pulls.
         desired_force: f_d of (63), Fr [N], Ftheta, Fphi [N m], shape (nc, 3).
         desired_deformation: delta_d, dr [m], dtheta, dphi [rad], shape (nc, 3).
         dissipation: - q_F'^T K_v q_F' [W].
         contact_rate: rate of P by the change of phi and dpsi [W].
         damping: - (J_delta^T C_F - dF)^T delta', rows of dr, dtheta, dphi: (59) makes up for the torsion [W].
+        reference: rate of the spring's energy by the motion of what is desired, - q_Od'^T K_O e in the paper [W].
     """
 
     kinetic_hand: float
@@ -45,6 +46,7 @@ class Storage:
     dissipation: float
     contact_rate: float
     damping: float
+    reference: float
 
     @property
     def value(self) -> float:
@@ -64,8 +66,7 @@ def evaluate(probe: Probe, observation: Observation, gains: Gains) -> Storage:
         observation: what it returned.
         gains: of (59).
     """
-    q_F, error = observation.joint_velocity, observation.q_O - observation.desired.coordinates
-    twist = np.linalg.solve(observation.T_O, observation.object_twist)
+    q_F, twist, task = observation.joint_velocity, observation.object_twist, gains.task(observation)
     f = gains.asked_forces(observation)
     J_delta = _deformation_jacobians(observation, [law.radius for law in probe.laws])
     # f_d = J_delta^fT f + J_delta^tauT tau_C of (63)
@@ -84,13 +85,14 @@ def evaluate(probe: Probe, observation: Observation, gains: Gains) -> Storage:
         contact_rate += (by_phi * rates[0] + by_dpsi * rates[1]) / (2.0 * _STEP)
     return Storage(
         kinetic_hand=0.5 * float(q_F @ observation.M_F @ q_F),
-        kinetic_object=0.5 * float(twist @ observation.M_O @ twist),
-        spring=0.5 * float(gains.K_O @ error**2),
+        kinetic_object=0.5 * float(twist @ observation.object_mass_matrix @ twist),
+        spring=0.5 * float(gains.K_O @ task.error**2),
         deformation=deformation,
         desired_force=f_d,
         desired_deformation=delta_d,
         dissipation=-float(gains.K_v @ q_F**2),
         contact_rate=contact_rate,
+        reference=-float((gains.K_O * task.error) @ (np.linalg.solve(task.map, twist) - task.rate)),
         damping=-float(np.sum(damped[:, :3] * observation.deformation_rate[:, :3])),
     )
 
