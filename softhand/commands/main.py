@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import signal
 import sys
+import warnings
+from typing import Any
 
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
@@ -39,6 +41,7 @@ INTERRUPTED = 130
 def main() -> None:
     """Entry point: errors that a user can mend become one message and a nonzero exit code."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    warnings.showwarning = _show_warning
     try:
         app()
     except SofthandError as error:
@@ -49,3 +52,8 @@ def main() -> None:
             raise
         error_console().print("interrupted", highlight=False)
         sys.exit(INTERRUPTED)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
+    """Warnings in plain words, without the line of code that they come from."""
+    error_console().print(f"[yellow]note:[/] {escape(str(message))}", highlight=False, soft_wrap=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,6 +20,7 @@ from pydantic import Field
 
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
+from softhand.laws.key import makings_of
 from softhand.numerics.compiled import kernel_folder
 from softhand.settings.settings import Settings
 
@@ -255,24 +255,11 @@ def _make_compilable(formula: Callable[..., Any]) -> tuple[str, bool]:
     """Let numba compile a formula and the plain functions that it calls.
 
     Returns:
-        A text that changes when any of them does: the bytecode and the values of the constants of the module, which
-        numba freezes into the code. And whether all have a module; what has none cannot be loaded from disk again.
+        The key of the formula, see `laws.key`, and whether its code may be kept on disk.
     """
-    found: dict[int, str] = {}
-    has_module = True
-    waiting = [formula]
-    while waiting:
-        function = waiting.pop()
-        if id(function) in found:
-            continue
-        has_module = has_module and function.__module__ in sys.modules
-        code = function.__code__
-        names = inspect.getclosurevars(function)
-        values = {**names.globals, **names.nonlocals}
-        waiting += [value for value in values.values() if inspect.isfunction(value)]
-        constants = sorted((name, repr(value)) for name, value in values.items() if not callable(value))
-        found[id(function)] = text = repr((code.co_code, code.co_consts, code.co_names, constants))
-        if _known.get(function) != text:
+    makings = makings_of(formula)
+    for function in makings.functions:
+        if _known.get(function) != makings.key:
             register_jitable(function)
-            _known[function] = text
-    return "\n".join(found.values()), has_module
+            _known[function] = makings.key
+    return makings.key, makings.can_be_kept

@@ -8,9 +8,7 @@ it takes kernels or constants, and so on.
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -18,7 +16,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-import platformdirs
+
+from softhand.numerics.kept import kept_in, own_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -63,46 +62,22 @@ def _digest(module: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def _writable_folder(name: str) -> Path:
-    """First folder of: SOFTHAND_CACHE_DIR, the user's cache folder, the folder for temporary files."""
-    own = os.environ.get("SOFTHAND_CACHE_DIR")
-    candidates = [Path(own)] if own else []
-    candidates += [
-        Path(platformdirs.user_cache_dir("softhand")),
-        Path(tempfile.gettempdir()) / f"softhand-{os.getuid()}",
-    ]
-    for candidate in candidates:
-        folder = candidate / name
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    return Path(tempfile.mkdtemp(prefix="softhand-"))
-
-
 @cache
 def kernels_of(module: str) -> Path:
     """The folder of the machine code of a module, by its dotted name below the package."""
-    return _writable_folder(f"{module.rpartition('.')[2]}-{_digest(module)}")
+    return own_folder(f"{module.rpartition('.')[2]}-{_digest(module)}")
 
 
 def is_first_run() -> bool:
     """True while no kernel is on disk, so that the first run will spend some seconds on compiling."""
-    return not any(kernels_of("contact.layer").rglob("*.nbi"))
+    return not any(kernels_of("contact.layer").rglob("*.nbc"))
 
 
 @contextmanager
 def kernel_folder(module: str) -> Iterator[None]:
     """Decorate inside this context to keep what numba compiles for a module, by its `__name__`."""
-    config: Any = numba.config
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(kernels_of(module.removeprefix("softhand.")))
-    try:
+    with kept_in(kernels_of(module.removeprefix("softhand."))):
         yield
-    finally:
-        config.CACHE_DIR = previous
 
 
 def compiled(function: F) -> F:

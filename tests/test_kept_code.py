@@ -1,0 +1,122 @@
+"""Machine code on disk: read only where it is one's own and whole, made anew where it is not, never in the way."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MODULE = """
+import warnings
+from softhand.numerics.compiled import compiled, kernels_of
+from softhand.numerics.kept import KeptCodeWarning
+
+@compiled
+def twice(x):
+    return 2.0 * x
+
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    print(twice(1.5), len(twice.stats.cache_hits), kernels_of("small"))
+print(*[str(w.message) for w in said if w.category is KeptCodeWarning], sep="|")
+"""
+
+
+class Small:
+    """A module with one kernel, run in processes of its own with a cache of its own."""
+
+    def __init__(self, tmp_path: Path) -> None:
+        self.cache, self.file = tmp_path / "cache", tmp_path / "small.py"
+        self.file.write_text(MODULE)
+
+    def run(self, **environment: str) -> tuple[list[str], str]:
+        """Answer, hits and folder; then the warnings."""
+        own = environment or {"SOFTHAND_CACHE_DIR": str(self.cache)}
+        done = subprocess.run([sys.executable, str(self.file)], capture_output=True, text=True, timeout=120,
+                              env={**os.environ, **own})  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        first, said = done.stdout.splitlines()[:2] if done.stdout.count("\n") > 1 else (done.stdout, "")
+        return first.split(), said
+
+    def code(self) -> list[Path]:
+        return sorted(self.cache.rglob("*.nbc"))
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Small:
+    found = Small(tmp_path)
+    (answer, hits, folder), said = found.run()
+    assert (answer, hits, said) == ("3.0", "0", "") and folder.startswith(str(found.cache))
+    return found
+
+
+def _turn_a_bit(content: bytes) -> bytes:
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 4]) + content[middle + 1 :]
+
+
+def test_what_is_kept_is_used(small: Small) -> None:
+    """The second process loads the code, and its folder is closed to others."""
+    (answer, hits, _), said = small.run()
+    assert (answer, hits, said) == ("3.0", "1", "")
+    assert {path.stat().st_mode & 0o777 for path in small.cache.glob("*")} == {0o700}
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut": lambda content: content[: len(content) // 2],
+    "garbled": lambda content: os.urandom(len(content)),
+    "one bit": _turn_a_bit,
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=list(DAMAGES))
+def test_damaged_code_is_made_anew(small: Small, damage) -> None:
+    """The answer is right, one warning says so, and the next start finds whole code again."""
+    for file in small.code():
+        file.write_bytes(damage(file.read_bytes()))
+    (answer, hits, _), said = small.run()
+    assert (answer, hits) == ("3.0", "0") and said.count("was damaged") == 1
+    assert small.run() == (["3.0", "1", small.run()[0][2]], "")
+
+
+def test_code_of_another_function_is_not_taken(small: Small) -> None:
+    """A whole file under the name of another one is no answer."""
+    (file,) = small.code()
+    other = file.read_bytes()
+    small.file.write_text(MODULE.replace("2.0 * x", "4.0 * x"))
+    (answer, _, _), _ = small.run()
+    assert answer == "6.0"
+    for one in small.code():
+        one.write_bytes(other)
+    (answer, hits, _), _ = small.run()
+    assert (answer, hits) == ("6.0", "0")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder to somebody else")
+def test_a_folder_of_somebody_else_is_not_read(small: Small, tmp_path: Path) -> None:
+    """Where the cache folder cannot be used, what lies under the name of the temporary one is looked at first."""
+    temporary = tmp_path / "tmp"
+    foreign = temporary / f"softhand-{os.getuid()}"
+    foreign.mkdir(parents=True)
+    os.chown(foreign, 12345, 12345)
+    blocked = tmp_path / "blocked"
+    blocked.touch()
+    environment = {"SOFTHAND_CACHE_DIR": "", "XDG_CACHE_HOME": str(blocked), "TMPDIR": str(temporary)}
+    (answer, _, folder), _ = small.run(**environment)
+    assert answer == "3.0" and not folder.startswith(str(foreign)) and folder.startswith(str(temporary))
+
+
+def test_an_open_folder_of_one_s_own_is_closed(small: Small, tmp_path: Path) -> None:
+    """One that others could write to is closed to them before it is used."""
+    temporary = tmp_path / "tmp"
+    mine = temporary / f"softhand-{os.getuid()}"
+    mine.mkdir(parents=True)
+    mine.chmod(0o777)
+    blocked = tmp_path / "blocked"
+    blocked.touch()
+    (_, _, folder), _ = small.run(SOFTHAND_CACHE_DIR="", XDG_CACHE_HOME=str(blocked), TMPDIR=str(temporary))
+    assert folder.startswith(str(mine)) and mine.stat().st_mode & 0o777 == 0o700
