@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -135,11 +136,24 @@ def print_events(events: list[Event]) -> None:
 
 
 def new_folder(name: str) -> Path:
-    """runs/NAME, or the first of runs/NAME-2, runs/NAME-3, ... that is not there."""
-    folder, count = Path("runs") / name, 2
-    while folder.exists():
-        folder, count = Path("runs") / f"{name}-{count}", count + 1
-    return folder
+    """runs/NAME, or the first of runs/NAME-2, runs/NAME-3, ... that is not there; made, so that nobody else takes it.
+
+    Raises:
+        SofthandError: it cannot be made.
+    """
+    make_folder(Path("runs"))
+    for count in itertools.count(1):
+        folder = Path("runs") / (name if count == 1 else f"{name}-{count}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise SofthandError(
+                f"{folder}: cannot make this folder: {error.strerror}; choose one with --out."
+            ) from error
+        return folder
+    raise AssertionError
 
 
 def check_figure(file: Path) -> None:

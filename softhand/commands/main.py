@@ -40,8 +40,10 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Entry point: errors that a user can mend become one message and a nonzero exit code."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    warnings.showwarning = _show_warning
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)
+    warnings.showwarning = _show_warning  # type: ignore[assignment]
     try:
         app()
     except SofthandError as error:

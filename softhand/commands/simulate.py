@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -16,6 +17,7 @@ from softhand.commands.console import (
     Quiet,
     Set,
     console,
+    error_console,
     escape,
     make_folder,
     new_folder,
@@ -26,7 +28,7 @@ from softhand.commands.console import (
     write_text,
 )
 from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show_page
-from softhand.errors import SimulationStopped
+from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
     from softhand.recording.recording import Recording
@@ -72,7 +74,7 @@ def simulate(
     if stepper is not None and stepper != chosen.stepper.name:
         chosen = chosen.with_values({"stepper": {"name": stepper, "step": chosen.stepper.step}})
     window = _Window(speed, host, port, open_page, quiet) if view else None
-    _simulate(chosen, out or new_folder(Path(scenario).stem), plot, quiet, window)
+    _simulate(chosen, out, Path(scenario).stem, plot, quiet, window)
 
 
 class _Window(NamedTuple):
@@ -101,36 +103,56 @@ class _Window(NamedTuple):
             yield show
 
 
-def _simulate(scenario: Scenario, folder: Path, plot: bool, quiet: bool, window: _Window | None) -> None:
+def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
     from softhand.assembly.build import build
+    from softhand.simulation.interrupts import interrupts_held
 
     simulation = build(scenario)
+    folder = out or new_folder(name)
+    make_folder(folder)
+    (folder / "run.nc").unlink(missing_ok=True)  # of an older run: it would stand beside a scenario that it is not of
+    write_text(folder / "scenario.toml", simulation.scenario)
     try:
-        with window.watch(simulation) if window else nullcontext() as watch:
-            make_folder(folder)
-            write_text(folder / "scenario.toml", simulation.scenario)
-            with progress("simulating", scenario.duration, quiet) as report:
-                recording = simulation.run(report, watch)
+        with (
+            window.watch(simulation) if window else nullcontext() as watch,
+            progress("simulating", scenario.duration, quiet) as report,
+        ):
+            recording = simulation.run(report, watch)
     except SimulationStopped as stop:
-        _save(stop.recording, folder, plot)
+        with interrupts_held():
+            folder, _ = _save(stop.recording, folder, plot)
         stop.say_more(f"\nWhat was computed until then is in {folder}/.")
         raise
-    files = _save(recording, folder, plot)
+    with interrupts_held() as held:
+        folder, files = _save(recording, folder, plot)
+    if held.came:
+        raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
     if not quiet:
         _print_summary(recording, simulation, folder, files)
 
 
-def _save(recording: Recording, folder: Path, plot: bool) -> list[str]:
-    """Write the results; returns the names of the files in the folder."""
-    recording.save(folder / "run.nc")
+def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:
+    """Write the results; returns the folder and the names of the files in it.
+
+    Where the folder is gone or the disk is full, they go to a new one among the temporary files.
+    """
+    try:
+        recording.save(folder / "run.nc")
+    except RecordingError as error:
+        other = Path(tempfile.mkdtemp(prefix=f"softhand-{folder.name}-"))
+        recording.save(other / "run.nc")
+        message = f"{error} The results are in {other}/ instead."
+        error_console().print(f"[yellow]note:[/] {escape(message)}", highlight=False, soft_wrap=True)
+        write_text(other / "scenario.toml", recording.scenario)
+        folder = other
     if not (plot and len(recording)):
-        return ["scenario.toml", "run.nc"]
+        return folder, ["scenario.toml", "run.nc"]
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
 
     save_figure(draw_run(recording), folder / "figure.png")
-    return ["scenario.toml", "run.nc", "figure.png"]
+    return folder, ["scenario.toml", "run.nc", "figure.png"]
 
 
 def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:

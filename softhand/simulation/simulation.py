@@ -20,6 +20,7 @@ from softhand.sensing.sensor import Sensor
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
+from softhand.simulation.interrupts import interrupts_held
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
@@ -251,12 +252,19 @@ class Simulation:
         except KeyboardInterrupt as interrupt:
             time = round(self._period * (first + max(len(samples) - 1, 0)), 12)
             message = f"interrupted at t = {time:g} s"
+            with interrupts_held():
+                recording = self._finish(samples, first, message)
+            raise SimulationStopped(message, recording=recording, reason="interrupted", time=time) from interrupt
+        with interrupts_held() as held:
+            recording = self._finish(samples, first, "")
+        if held.came:
             raise SimulationStopped(
-                message, recording=self._finish(samples, first, message), reason="interrupted", time=time
-            ) from interrupt
+                f"interrupted after the last sample, at t = {recording.stop_time:g} s; the run is complete",
+                recording=recording, reason="interrupted", time=recording.stop_time,
+            )  # fmt: skip
         if progress is not None:
             progress(self.time)
-        return self._finish(samples, first, "")
+        return recording
 
     def _resume(self, state: State, carried: Carried) -> None:
         self.plant.resume(state, carried.plant)

@@ -1,0 +1,41 @@
+"""Ctrl-C and its kind while something must not be lost."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""What asks a program to end, and can be answered later."""
+
+
+@dataclass
+class Held:
+    """What came meanwhile."""
+
+    came: bool = False
+
+
+@contextmanager
+def interrupts_held() -> Iterator[Held]:
+    """Inside this context Ctrl-C, a request to end and a closed terminal are noted, and no more.
+
+    Only the main thread gets signals; elsewhere there is nothing to hold.
+    """
+    held = Held()
+    if threading.current_thread() is not threading.main_thread():
+        yield held
+        return
+
+    def note(*_: object) -> None:
+        held.came = True
+
+    before = {number: signal.signal(number, note) for number in SIGNALS}
+    try:
+        yield held
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
