@@ -7,6 +7,7 @@ start. It returns the torques for the last of them, shape (n,). No formula knows
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -299,7 +300,7 @@ def two_phase(controller: Any, seen: Seen) -> Array:
         wanted = rotation(observation.object_rpy_desired)
         return float(b @ turn(observation.object_rotation, wanted))
 
-    integral = sum(error(there) * (there.time - here.time) for here, there in zip(seen[:-1], seen[1:], strict=True))
+    integral = sum(error(there) * (there.time - here.time) for here, there in pairwise(seen))
     q_d = start.joint_position + holding / K_q + way * (controller.K_P * error(now) + controller.K_I * integral)
     return K_q * (q_d - now.joint_position) - spread(controller.K_d, n) * now.joint_velocity
 

@@ -210,9 +210,7 @@ def test_a_gain_of_the_wrong_length_is_named() -> None:
 @pytest.mark.parametrize("compensate", [True, False])
 def test_object_impedance_is_its_formula(hand: Stage, seed: int, compensate: bool) -> None:
     """Against numpy's pseudo-inverse, at a moving state with moving references."""
-    controller = ObjectImpedance(
-        orientation_error="euler", torsion_compensation=compensate, D_position=(1.0, 2.0, 3.0)
-    )
+    controller = ObjectImpedance(orientation_error="euler", torsion_compensation=compensate, D_position=(1.0, 2.0, 3.0))
     memory = controller.start(hand.at(hand.start))
     seen, rng = hand.at(hand.near(seed)), np.random.default_rng(seed)
     desired = Desired(*rng.normal(0.0, 0.4, (3, 6)), rng.normal(size=3), *rng.normal(size=(2, 6)))

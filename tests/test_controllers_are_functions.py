@@ -181,7 +181,7 @@ def test_nothing_but_what_is_handed_matters(case: Case) -> None:
 
 @each_case
 def test_two_runs_at_a_time_do_not_mix(case: Case) -> None:
-    """One controller asked in turn for two hands says to each what it says to it alone, and no torque is overwritten."""
+    """One controller asked in turn for two hands says to each what it says to it alone; no torque is overwritten."""
     hands = [noise(case.run, np.random.default_rng(seed)) for seed in (6, 7)]
     alone = [torque_of(case.controller, handed) for handed in hands]
     memories: list[Any] = [case.controller.start(handed[0]) for handed in hands]

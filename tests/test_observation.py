@@ -202,7 +202,9 @@ def test_constants_and_what_is_computed_cannot_be_set(live: Simulation) -> None:
     for name in ("object_mass", "grasp_matrix", "hand_mass_matrix", "J_CF"):
         with pytest.raises(AttributeError):
             setattr(mine, name, 1.0)
-    with pytest.raises(AttributeError, match="no field 'object_positon' that can be set; did you mean 'object_position'"):
+    with pytest.raises(
+        AttributeError, match="no field 'object_positon' that can be set; did you mean 'object_position'"
+    ):
         mine.object_positon = 1.0
     with pytest.raises(AttributeError, match="no 'joint_velocty'; did you mean 'joint_velocity'"):
         _ = mine.joint_velocty
@@ -288,7 +290,7 @@ def test_a_copy_stays_and_what_is_live_goes_on() -> None:
     ],
 )
 def test_recordings_have_the_same_names_and_numbers(name: str, values: dict[str, Any]) -> None:
-    """Every variable of a recording that is a field of an observation has its shape and, at each sample, its numbers."""
+    """A variable of a recording that is a field of an observation has its shape and, at each sample, its numbers."""
     seen: list[Observation] = []
     simulation = build(load_scenario(name, {"duration": 0.05, **values}))
     recording = simulation.run(watch=lambda observation: seen.append(observation.copy()))

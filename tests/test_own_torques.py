@@ -117,7 +117,9 @@ def test_what_is_no_torque_is_refused(given: Any) -> None:
     simulation = bare()
     simulation.step(wave(0.0))
     before = simulation.save()
-    with pytest.raises(ScenarioError, match=r"(?s)torque: got .*; the hand has 9 joints, give a finite number for each"):
+    with pytest.raises(
+        ScenarioError, match=r"(?s)torque: got .*; the hand has 9 joints, give a finite number for each"
+    ):
         simulation.step(given)
     assert all(map(np.array_equal, simulation.state.arrays, before.arrays))
     assert np.array_equal(simulation.torque, wave(0.0)) and simulation.time == before.time

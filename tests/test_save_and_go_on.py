@@ -156,8 +156,9 @@ def test_a_state_goes_on_in_another_process(tmp_path: Path) -> None:
         cut = case.cuts[len(case.cuts) // 2]
         states[name, cut] = saved(name)[cut, "step"]
     (tmp_path / "states").write_bytes(pickle.dumps(states))
-    program = f"from pathlib import Path; import test_save_and_go_on as t; t.go_on(*map(Path, {[*map(str, (tmp_path / 'states', tmp_path / 'found'))]!r}))"  # fmt: skip
-    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True)
+    program = "import sys, pathlib, test_save_and_go_on as t; t.go_on(*map(pathlib.Path, sys.argv[1:]))"
+    files = tmp_path / "states", tmp_path / "found"
+    subprocess.run([sys.executable, "-c", program, *files], cwd=Path(__file__).parent, check=True)
     rest = pickle.loads((tmp_path / "found").read_bytes())
     assert set(rest) == set(states)
     for (name, cut), recording in rest.items():
