@@ -7,6 +7,7 @@ start. It returns the torques for the last of them, shape (n,). No formula knows
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -42,15 +43,50 @@ def rotation(rpy: Array) -> Array:
     return pin.rpy.rpyToMatrix(*rpy)
 
 
-def missing_turn(now: Array, wanted: Array) -> Array:
-    """1/2 sum r_k x r_dk."""
-    return 0.5 * np.cross(now.T, wanted.T).sum(axis=0)
+def turn(start: Array, end: Array) -> Array:
+    """log(end start^T): rotation vector from one orientation to another, world axes."""
+    return pin.log3(end @ start.T)
+
+
+def turning(rpy: Array) -> Array:
+    """Angular velocity from the rates of roll, pitch and yaw."""
+    return np.column_stack([rotation(rpy)[:, 0], rotation([0.0, 0.0, rpy[2]])[:, 1], [0.0, 0.0, 1.0]])
+
+
+def wrapped(angles: Array) -> Array:
+    """In (-pi, pi]."""
+    return np.pi - (np.pi - angles) % (2.0 * np.pi)
+
+
+def block(corner: Array) -> Array:
+    """Of a position and what belongs to the orientation."""
+    full = np.eye(6)
+    full[3:, 3:] = corner
+    return full
+
+
+def pose_error(controller: Any, position: Array, R: Array, rpy: Array, desired: Array) -> tuple[Array, Array]:
+    """The pose error, and X of twist = X (rate of its coordinates), with T_O from the angles."""
+    if controller.orientation_error == "euler":
+        return np.concatenate([position - desired[:3], wrapped(rpy - desired[3:])]), block(turning(rpy))
+    return np.concatenate([position - desired[:3], R.T @ turn(rotation(desired[3:]), R)]), block(R)
+
+
+def pose_task(controller: Any, now: Observation) -> tuple[Array, Array, Array, Array]:
+    """The pose error, its rate, the desired acceleration, and X."""
+    desired, R = now.desired, now.object_rotation
+    error, X = pose_error(controller, now.object_position, R, now.object_rpy, desired.coordinates)
+    if controller.orientation_error == "euler":
+        rate = np.linalg.inv(now.coordinate_map) @ now.object_twist - desired.coordinates_rate
+        return error, rate, desired.coordinates_acceleration, now.coordinate_map
+    return error, X.T @ (now.object_twist - desired.twist), X.T @ desired.twist_rate, X
 
 
 def grasp_torque(now: Observation, wrench: Array, squeeze: Array, compensate: bool) -> Array:
-    """J_CF^fT {(J_O^fT)^+ [F - J_O^tauT tau_C] + K f} + J_CF^tauT tau_C."""
+    """J_CF^fT {G^f+ [W - G^tau tau_C] + K f} + J_CF^tauT tau_C."""
     tau_C = compensate * now.contact_force[:, 3]
-    f_C = inverse(now.J_O_f.T) @ (wrench - now.J_O_tau.T @ tau_C) + now.internal_force_basis @ squeeze
+    f_C = inverse(now.object_force_jacobian.T) @ (wrench - now.object_torsion_jacobian.T @ tau_C)
+    f_C += now.internal_force_basis @ squeeze
     return now.hand_force_jacobian.T @ f_C + now.hand_torsion_jacobian.T @ tau_C
 
 
@@ -61,14 +97,20 @@ def at_joints(controller: Any, now: Observation, gain: str = "K_v") -> Array:
 
 def regulation(controller: Any, seen: Seen) -> Array:
     """(59), the desired share of N_O, and the posture in the null space of J_CF^f."""
-    now = seen[-1]
+    now, desired = seen[-1], seen[-1].object_coordinates_desired
     K_O, n = of_pose(controller.K_O_position, controller.K_O_orientation), len(now.joint_position)
-    wrench = now.carried_desired * now.N_O - K_O * (now.object_coordinates - now.object_coordinates_desired)
+    error, X = pose_error(controller, now.object_position, now.object_rotation, now.object_rpy, desired)
     squeeze = now.internal_force - controller.K_N * (now.internal_force - now.internal_force_desired)
-    J = now.hand_force_jacobian
+    tau_C, J = controller.torsion_compensation * now.contact_force[:, 3], now.hand_force_jacobian
+    if controller.orientation_error == "euler":  # as the paper has it
+        wrench = now.carried_desired * now.N_O - K_O * error - now.J_O_tau.T @ tau_C
+        f_C = inverse(now.J_O_f.T) @ wrench
+    else:
+        wrench = now.carried_desired * now.object_gravity - X @ (K_O * error) - now.object_torsion_jacobian.T @ tau_C
+        f_C = inverse(now.object_force_jacobian.T) @ wrench
+    tau = J.T @ (f_C + now.internal_force_basis @ squeeze) + now.hand_torsion_jacobian.T @ tau_C
     pull = spread(controller.K_posture, n) * (seen[0].joint_position - now.joint_position)
-    posture = pull - inverse(J) @ J @ pull
-    return grasp_torque(now, wrench, squeeze, controller.torsion_compensation) + at_joints(controller, now) + posture
+    return tau + at_joints(controller, now) + pull - inverse(J) @ J @ pull
 
 
 def finger_only(controller: Any, seen: Seen) -> Array:
@@ -77,21 +119,20 @@ def finger_only(controller: Any, seen: Seen) -> Array:
     estimate = estimator.start(seen[0])
     for observation in seen:
         estimate = estimator.update(observation, estimate)
-    now, q_O, f_C = seen[-1], estimate.q_O, seen[-1].contact_force[:, :3].ravel()
+    now, f_C, R = seen[-1], seen[-1].contact_force[:, :3].ravel(), estimate.rotation
     weight = -now.object_mass * now.gravity
-    roll_axis, pitch_axis = rotation(q_O[3:])[:, 0], rotation([0.0, 0.0, q_O[5]])[:, 1]
-    axes = np.column_stack([roll_axis, pitch_axis, [0.0, 0.0, 1.0]])
-    N_O = np.concatenate([weight, axes.T @ np.cross(rotation(q_O[3:]) @ now.object_lever, weight)])
+    holding = np.concatenate([weight, np.cross(R @ now.object_lever, weight)])
     K_O = of_pose(controller.K_O_position, controller.K_O_orientation)
+    error, X = pose_error(controller, estimate.position, R, pin.rpy.matrixToRpy(R), now.object_coordinates_desired)
     tau_C = controller.torsion_compensation * estimate.tau_C
-    wrench = N_O - K_O * (q_O - now.object_coordinates_desired) - estimate.J_O_tau.T @ tau_C
+    wrench = holding - np.linalg.inv(X).T @ (K_O * error) - estimate.torsion_rows.T @ tau_C
     K = np.zeros((len(f_C), len(now.internal_force)))
     for k, (i, j) in enumerate(contact_pairs(len(estimate.point))):
         line = (estimate.point[j] - estimate.point[i]) / np.linalg.norm(estimate.point[j] - estimate.point[i])
         K[3 * i : 3 * i + 3, k] = estimate.axes[i].T @ line
         K[3 * j : 3 * j + 3, k] = -estimate.axes[j].T @ line
     f_N = inverse(K) @ f_C
-    f = inverse(estimate.J_O_f.T) @ wrench + K @ (f_N - controller.K_N * (f_N - now.internal_force_desired))
+    f = inverse(estimate.force_rows.T) @ wrench + K @ (f_N - controller.K_N * (f_N - now.internal_force_desired))
     return estimate.J_CF_f.T @ f + estimate.J_CF_tau.T @ tau_C + at_joints(controller, now)
 
 
@@ -107,9 +148,9 @@ def point_contact(controller: Any, seen: Seen) -> Array:
     weight = -now.object_mass * now.gravity
     missing = now.object_coordinates_desired[:3] - now.object_position
     force = weight + controller.K_position * missing - controller.D_position * now.object_twist[:3]
-    turn = missing_turn(now.object_rotation, rotation(now.object_rpy_desired))
     moment = np.cross(now.object_rotation @ now.object_lever, weight)
-    moment += controller.K_orientation * turn - controller.D_orientation * now.object_twist[3:]
+    moment += controller.K_orientation * turn(now.object_rotation, rotation(now.object_rpy_desired))
+    moment -= controller.D_orientation * now.object_twist[3:]
     tau_C = controller.torsion_compensation * now.contact_force[:, 3]
     f_d = (inverse(G_f) @ np.concatenate([force, moment - normals.T @ tau_C])).reshape(count, 3)
     for (i, j), f_N in zip(contact_pairs(count), now.internal_force_desired, strict=True):
@@ -124,34 +165,37 @@ def point_contact(controller: Any, seen: Seen) -> Array:
 
 def object_impedance(controller: Any, seen: Seen) -> Array:
     """Spring, damper and virtual mass at the object."""
-    now, desired = seen[-1], seen[-1].desired
+    now = seen[-1]
     M_d = of_pose(controller.M_position, controller.M_orientation)
-    D, K = (
-        of_pose(controller.D_position, controller.D_orientation),
-        of_pose(controller.K_position, controller.K_orientation),
-    )
-    rate = np.linalg.inv(now.coordinate_map) @ now.object_twist
-    wrench = M_d * desired.coordinates_acceleration - D * (rate - desired.coordinates_rate)
-    wrench += now.N_O - K * (now.object_coordinates - desired.coordinates)
-    squeeze = controller.K_int * desired.internal_force
+    D = of_pose(controller.D_position, controller.D_orientation)
+    K = of_pose(controller.K_position, controller.K_orientation)
+    error, rate, acceleration, X = pose_task(controller, now)
+    wrench = now.object_gravity + np.linalg.inv(X).T @ (M_d * acceleration - D * rate - K * error)
+    squeeze = controller.K_int * now.internal_force_desired
     return grasp_torque(now, wrench, squeeze, controller.torsion_compensation) + at_joints(controller, now)
 
 
 def computed_torque(controller: Any, seen: Seen) -> Array:
     """e'' + K_d e' + K_p e = 0 by the equations of motion in rigid contact; A' from the last two samples."""
-    now, desired = seen[-1], seen[-1].desired
+    now = seen[-1]
     K_p = of_pose(controller.K_p_position, controller.K_p_orientation)
     K_d = of_pose(controller.K_d_position, controller.K_d_orientation)
-    rate = np.linalg.inv(now.coordinate_map) @ now.object_twist
-    a = desired.coordinates_acceleration - K_d * (rate - desired.coordinates_rate)
-    a -= K_p * (now.object_coordinates - desired.coordinates)
-    A = inverse(now.hand_force_jacobian) @ now.J_O_f
+    error, rate, acceleration, X = pose_task(controller, now)
+    b = X @ (acceleration - K_d * rate - K_p * error)
+    if controller.orientation_error == "euler":  # T_O' q_O'
+        roll, pitch, yaw = (np.linalg.inv(now.coordinate_map) @ now.object_twist)[3:]
+        roll_axis, pitch_axis, yaw_axis = turning(now.object_rpy).T
+        b[3:] += pitch * np.cross(yaw * yaw_axis, pitch_axis)
+        b[3:] += roll * np.cross(yaw * yaw_axis + pitch * pitch_axis, roll_axis)
+    A = inverse(now.hand_force_jacobian) @ now.object_force_jacobian
     A_rate = np.zeros_like(A)
     if len(seen) > 1 and now.time > seen[-2].time:
-        A_rate = (A - inverse(seen[-2].hand_force_jacobian) @ seen[-2].J_O_f) / (now.time - seen[-2].time)
-    wrench = now.object_mass_matrix @ a + now.object_velocity_terms + now.N_O
-    tau = grasp_torque(now, wrench, desired.internal_force, controller.torsion_compensation)
-    return tau + now.hand_mass_matrix @ (A @ a + A_rate @ rate) + now.hand_velocity_terms + at_joints(controller, now)
+        before = inverse(seen[-2].hand_force_jacobian) @ seen[-2].object_force_jacobian
+        A_rate = (A - before) / (now.time - seen[-2].time)
+    wrench = now.object_mass_matrix @ b + now.object_velocity_terms + now.object_gravity
+    tau = grasp_torque(now, wrench, now.internal_force_desired, controller.torsion_compensation)
+    tau += now.hand_mass_matrix @ (A @ b + A_rate @ now.object_twist) + now.hand_velocity_terms
+    return tau + at_joints(controller, now)
 
 
 def frame_of_tips(x: Array) -> tuple[Array, Array]:
@@ -196,7 +240,7 @@ def blind(controller: Any, seen: Seen) -> Array:
     x_v, axes = frame_of_tips(x)
     radii = np.array([tip.law.radius for tip in now.fingertips])
     f_d = pull_of_tips(start) * np.mean(now.internal_force_desired)
-    moment = controller.K_o * missing_turn(axes, wanted @ axes_in_object)
+    moment = controller.K_o * turn(axes, wanted @ axes_in_object)
     common = controller.K_p * (now.object_coordinates_desired[:3] + wanted @ arm - x_v) - controller.mass * now.gravity
     B, tau = turning_of_tips(x[:3]), at_joints(controller, now, "damping")
     for i, J in enumerate(now.tip_jacobian):
@@ -232,7 +276,7 @@ def angle_feedback(controller: Any, seen: Seen) -> Array:
     p_c = now.object_position + now.object_rotation @ now.object_lever
     normals, points = now.contact_rotation[:, :, 2], now.contact_point
     pressing = now.internal_force_desired[0] * normals - 0.5 * now.object_mass * now.gravity
-    e = b @ missing_turn(now.object_rotation, rotation(now.object_rpy_desired))
+    e = b @ turn(now.object_rotation, rotation(now.object_rpy_desired))
     M = controller.K * e - controller.D * (b @ now.object_twist[3:])
     M -= b @ sum(np.cross(point - p_c, force) for point, force in zip(points, pressing, strict=True))
     w = np.cross(b, points[0] - points[1])
@@ -254,9 +298,9 @@ def two_phase(controller: Any, seen: Seen) -> Array:
 
     def error(observation: Observation) -> float:
         wanted = rotation(observation.object_rpy_desired)
-        return float(b @ missing_turn(observation.object_rotation, wanted))
+        return float(b @ turn(observation.object_rotation, wanted))
 
-    integral = sum(error(there) * (there.time - here.time) for here, there in zip(seen[:-1], seen[1:], strict=True))
+    integral = sum(error(there) * (there.time - here.time) for here, there in pairwise(seen))
     q_d = start.joint_position + holding / K_q + way * (controller.K_P * error(now) + controller.K_I * integral)
     return K_q * (q_d - now.joint_position) - spread(controller.K_d, n) * now.joint_velocity
 

@@ -12,9 +12,9 @@ import pytest
 from hands import Array, Task, make_law, numerical_jacobian, random_state
 from scipy.optimize import fsolve
 
+from softhand.contact.answer import contact_force
 from softhand.contact.kinematics import (
     contact_coordinates,
-    contact_force,
     deformation_jacobian,
     deformation_rate,
     integrate_memory,
@@ -354,9 +354,7 @@ def test_object_gets_minus_the_wrench_of_the_tips(task: Task, state: State, movi
     """
     world, nv = task.world, task.world.model.nv
     generalised = np.zeros(nv)
-    generalized_force(
-        moving.columns, moving.contacts, moving.contact_columns, np.zeros(nv), np.zeros(world.n_joints), generalised
-    )
+    generalized_force(moving.touching, np.zeros(nv), np.zeros(world.n_joints), np.zeros(nv), generalised)
     on_tips = []
     for contact in moving.contacts:
         force = -contact["rotation"] @ contact["force"][:3]

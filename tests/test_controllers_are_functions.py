@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from formulas import FORMULAS, Seen, rotation, torque_of
+from formulas import FORMULAS, Seen, block, rotation, torque_of, turning
 from hands import Array
 from numpy.testing import assert_allclose
 
@@ -26,10 +26,12 @@ needs_robots = pytest.mark.skipif(
 )
 PINCH = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase"}
 UNEQUAL = {"K_O_position": (80.0, 100.0, 120.0), "K_N": (1.2, 1.5, 1.8), "K_v": 0.01}
+EULER = {"orientation_error": "euler"}
 CASES: list[Any] = [
     *((name, PINCH.get(name, "target-a"), {}) for name in SHIPPED["controllers"]),
     *((name, "target-a", {"torsion_compensation": False}) for name in
       ("regulation", "finger-only", "point-contact", "object-impedance", "computed-torque")),
+    *((name, "target-a", EULER) for name in ("regulation", "finger-only", "object-impedance", "computed-torque")),
     ("regulation", "target-a", UNEQUAL),
     ("regulation", "pinch", {}),
     ("pick-and-place", "grasp-and-lift", {}),  # with free tips
@@ -79,9 +81,10 @@ def noise(run: Seen, rng: np.random.Generator) -> list[Observation]:
         for name in FIELDS:
             values = getattr(seen, name)
             if name == "configuration":
-                joints = len(seen.joint_position)
-                step = rng.normal(0.0, 0.01, joints + 6)
+                step = rng.normal(0.0, 0.01, len(seen.joint_position) + 6)
                 values[...] = pin.integrate(model_of(seen), values, step)
+            elif name == "object_rotation":
+                values[...] = pin.exp3(rng.normal(0.0, 0.01, 3)) @ values
             elif not name.endswith("_desired") and values.size:
                 values += 0.01 * np.max(np.abs(values)) * rng.normal(size=values.shape) * (values != 0.0)
     return handed
@@ -110,6 +113,8 @@ def desired(run: Seen, rng: np.random.Generator) -> list[Observation]:
         seen.object_coordinates_desired += np.concatenate([rng.normal(0.0, 2e-3, 3), rng.normal(0.0, 0.1, 3)])
         seen.object_coordinates_rate_desired += rng.normal(0.0, 0.1, 6)
         seen.object_coordinates_acceleration_desired += rng.normal(0.0, 1.0, 6)
+        seen.object_twist_desired += rng.normal(0.0, 0.1, 6)
+        seen.object_twist_rate_desired += rng.normal(0.0, 1.0, 6)
         seen.internal_force_desired *= rng.uniform(0.7, 1.3, seen.internal_force_desired.shape)
         seen.opening_desired += 2e-3
         seen.carried_desired = 0.6
@@ -176,7 +181,7 @@ def test_nothing_but_what_is_handed_matters(case: Case) -> None:
 
 @each_case
 def test_two_runs_at_a_time_do_not_mix(case: Case) -> None:
-    """One controller asked in turn for two hands says to each what it says to it alone, and no torque is overwritten."""
+    """One controller asked in turn for two hands says to each what it says to it alone; no torque is overwritten."""
     hands = [noise(case.run, np.random.default_rng(seed)) for seed in (6, 7)]
     alone = [torque_of(case.controller, handed) for handed in hands]
     memories: list[Any] = [case.controller.start(handed[0]) for handed in hands]
@@ -212,23 +217,30 @@ def test_a_copy_is_as_good_as_what_is_seen_live(case: Case) -> None:
 
 JOINTS = {"joint_position", "joint_velocity", "gravity_torque", "tip_position", "tip_rotation", "tip_jacobian",
           "tip_angular_jacobian"}  # fmt: skip
-GRASP = {"N_O", "J_O_f", "J_O_tau", "hand_force_jacobian", "hand_torsion_jacobian", "internal_force_basis",
-         "object_position", "object_rpy", "contact_force"}  # fmt: skip
-RATE = {"object_twist", "coordinate_map"}
+GRASP = {"hand_force_jacobian", "hand_torsion_jacobian", "internal_force_basis", "object_position", "contact_force"}
+TWIST = {"object_gravity", "object_force_jacobian", "object_torsion_jacobian"}
 MEASURED = {
-    "regulation": GRASP | {"internal_force"},
+    "regulation": GRASP | TWIST | {"object_rotation", "internal_force"},
     "finger-only": {"contact_force"},
-    "object-impedance": GRASP | RATE,
-    "computed-torque": GRASP | RATE | {"configuration", "object_rotation"},
+    "object-impedance": GRASP | TWIST | {"object_rotation", "object_twist"},
+    "computed-torque": GRASP | TWIST | {"object_rotation", "object_twist", "configuration"},
     "point-contact": {"object_position", "object_rotation", "object_twist", "contact_rotation", "contact_force"},
     "blind": set(),
     "opposing": set(),
     "angle-feedback": {"object_position", "object_rotation", "object_twist", "contact_rotation", "contact_point",
                        "hand_force_jacobian"},
     "two-phase": {"object_rotation"},
-    "pick-and-place": GRASP | {"internal_force", "object_rotation"},
+    "pick-and-place": GRASP | TWIST | {"object_rotation", "internal_force"},
 }  # fmt: skip
 """What each reads after its start, beside the joints, what depends on these alone, and what is desired."""
+MEASURED_AS_EULER = {
+    "regulation": GRASP | {"object_rpy", "N_O", "J_O_f", "J_O_tau", "internal_force"},
+    "finger-only": {"contact_force"},
+    "object-impedance": GRASP | TWIST | {"object_rpy", "coordinate_map", "object_twist"},
+    "computed-torque": GRASP | TWIST | {"object_rpy", "coordinate_map", "object_twist", "object_rotation",
+                                        "configuration"},
+}  # fmt: skip
+"""The same with errors as the paper has them."""
 
 
 @each_case
@@ -236,9 +248,11 @@ def test_what_a_controller_does_not_measure_may_be_missing(case: Case) -> None:
     """After the start all that the page of the controllers does not list may be NaN, and the torque is the same."""
     handed = plain(case.run, np.random.default_rng(0))
     expected = torque_of(case.controller, handed)
+    is_euler = getattr(case.controller, "orientation_error", "") == "euler"
+    needed = JOINTS | (MEASURED_AS_EULER if is_euler else MEASURED)[case.name]
     for seen in handed[1:]:
         for name in FIELDS:
-            if name not in JOINTS | MEASURED[case.name] and not name.endswith("_desired"):
+            if name not in needed and not name.endswith("_desired"):
                 getattr(seen, name)[...] = np.nan
     memory = case.controller.start(handed[0])
     for seen in handed:
@@ -256,8 +270,7 @@ def test_masses_and_velocity_terms_are_those_of_the_copy() -> None:
     R = pin.Quaternion(*np.roll(seen.configuration[-4:], 1)).matrix()
     seen.object_rotation, seen.object_twist = R, rng.normal(size=6)
     seen.object_rpy = pin.rpy.matrixToRpy(R)
-    roll_axis, pitch_axis = R[:, 0], rotation(np.array([0.0, 0.0, seen.object_rpy[2]]))[:, 1]
-    seen.coordinate_map[3:, 3:] = np.column_stack([roll_axis, pitch_axis, [0.0, 0.0, 1.0]])
+    seen.coordinate_map = block(turning(seen.object_rpy))
     seen.joint_velocity = rng.normal(size=n)
     simulation.step()
     simulation.sample()
@@ -267,17 +280,23 @@ def test_masses_and_velocity_terms_are_those_of_the_copy() -> None:
     v = np.concatenate([seen.joint_velocity, into_body @ seen.object_twist])
     velocity_terms = pin.nle(model, data, seen.configuration, v) - pin.nle(model, data, seen.configuration, 0.0 * v)
     assert_allclose(seen.hand_mass_matrix, M[:n, :n], rtol=0.0, atol=1e-14)
-    to_body = into_body @ seen.coordinate_map
-    assert_allclose(seen.object_mass_matrix, to_body.T @ M[n:, n:] @ to_body, rtol=0.0, atol=1e-14)
+    assert_allclose(seen.object_mass_matrix, into_body.T @ M[n:, n:] @ into_body, rtol=0.0, atol=1e-14)
     assert_allclose(seen.hand_velocity_terms, velocity_terms[:n], rtol=0.0, atol=1e-13)
-    # the rate of to_body by a difference along q_O'
-    rate, h = np.linalg.solve(seen.coordinate_map, seen.object_twist), 1e-6
+    to_body = into_body @ seen.coordinate_map
+    assert_allclose(seen.M_O, to_body.T @ M[n:, n:] @ to_body, rtol=0.0, atol=1e-14)
 
-    def to_body_at(rpy: Array) -> Array:
-        T = np.eye(6)
-        T[3:, 3:] = np.column_stack([rotation(rpy)[:, 0], rotation([0.0, 0.0, rpy[2]])[:, 1], [0.0, 0.0, 1.0]])
-        return np.kron(np.eye(2), rotation(rpy).T) @ T
+    def terms(map_at: Callable[[float], Array], rate: Array) -> Array:
+        """M X' rate + C v of the object in the coordinates of X, by a difference along the motion."""
+        h = 1e-6
+        slope = (map_at(h) - map_at(-h)) / (2.0 * h)
+        return map_at(0.0).T @ (M[n:, n:] @ slope @ rate + velocity_terms[n:])
 
-    there, here = (to_body_at(seen.object_rpy + s * h * rate[3:]) for s in (1.0, -1.0))
-    expected = to_body.T @ (M[n:, n:] @ ((there - here) / (2.0 * h)) @ rate + velocity_terms[n:])
-    assert_allclose(seen.object_velocity_terms, expected, rtol=0.0, atol=1e-8)
+    twist, rate = seen.object_twist, np.linalg.solve(seen.coordinate_map, seen.object_twist)
+    at_twist = terms(lambda t: np.kron(np.eye(2), R.T @ pin.exp3(-t * twist[3:])), twist)
+    assert_allclose(seen.object_velocity_terms, at_twist, rtol=0.0, atol=1e-8)
+
+    def to_body_at(time: float) -> Array:
+        rpy = seen.object_rpy + time * rate[3:]
+        return np.kron(np.eye(2), rotation(rpy).T) @ block(turning(rpy))
+
+    assert_allclose(seen.velocity_terms_O, terms(to_body_at, rate), rtol=0.0, atol=1e-8)

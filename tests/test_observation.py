@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable
+from copy import copy, deepcopy
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
+import pytest
 from hands import Array, Task
 from numpy.testing import assert_allclose
 
-from softhand import build, load_scenario
+from softhand import Simulation, build, load_scenario
 from softhand.contact.pairs import contact_pairs
 from softhand.numerics.spatial import rotation_of, turning_of
 from softhand.plant.state import State
+from softhand.recording.variables import VARIABLES
 from softhand.references.reference import Desired
-from softhand.sensing.observation import Observation
+from softhand.sensing.fields import FIELDS, RECORDED, SPANS, room, shapes
+from softhand.sensing.observation import ALIASES, Observation
 from softhand.sensing.sensor import Sensor
 
 STEP = 1e-6
@@ -147,3 +155,154 @@ def test_tips_that_are_nearest_to_one_vertex_have_no_internal_force() -> None:
     assert_allclose(seen.contact_point, np.broadcast_to(seen.contact_point[0], (3, 3)), atol=1e-12)
     assert not np.any(seen.internal_force)
     assert np.all(np.isfinite(simulation.torque))
+
+
+# ----------------------------------------------------------------------------------------- what may be done with one
+
+
+@pytest.fixture(scope="module")
+def live() -> Simulation:
+    """A run on its way, with supports, so that every field has numbers."""
+    simulation = build(load_scenario("grasp-and-lift", {"duration": 1.0}))
+    simulation.run()
+    return simulation
+
+
+def test_the_blocks_of_an_observation_have_all_fields_once(live: Simulation) -> None:
+    """The views lie one behind the other in the block, without gap or overlap, and each has the shape that is told."""
+    seen, end = live.observation, 0
+    address = seen.block.ctypes.data
+    for name, shape in shapes(seen.known.sizes).items():
+        view = getattr(seen, name)
+        assert view.shape == shape and view.ctypes.data == address + 8 * end, name
+        end += view.size
+    assert end == seen.block.size == room(seen.known.sizes)
+    assert np.array_equal(seen.object_coordinates, [*seen.object_position, *seen.object_rpy])
+    assert np.array_equal(seen.object_coordinates_desired, [*seen.object_position_desired, *seen.object_rpy_desired])
+
+
+@pytest.mark.parametrize("name", [*FIELDS, *SPANS])
+def test_what_is_seen_live_can_only_be_read(live: Simulation, name: str) -> None:
+    """Neither the array nor the name takes another value; what is said tells the way, `copy`."""
+    seen = live.observation
+    before = seen.copy()
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(seen, name)[...] = 1.0
+    with pytest.raises(AttributeError, match=rf"only be read; set '{name}' of observation\.copy\(\)"):
+        setattr(seen, name, 1.0)
+    assert np.array_equal(seen.block, before.block)
+
+
+def test_constants_and_what_is_computed_cannot_be_set(live: Simulation) -> None:
+    """Of a copy either; a name that is none is told with the nearest."""
+    mine = live.observation.copy()
+    for name in ("effort_limit", "gravity", "object_lever"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(mine, name)[...] = 1.0
+    for name in ("object_mass", "grasp_matrix", "hand_mass_matrix", "J_CF"):
+        with pytest.raises(AttributeError):
+            setattr(mine, name, 1.0)
+    with pytest.raises(
+        AttributeError, match="no field 'object_positon' that can be set; did you mean 'object_position'"
+    ):
+        mine.object_positon = 1.0
+    with pytest.raises(AttributeError, match="no 'joint_velocty'; did you mean 'joint_velocity'"):
+        _ = mine.joint_velocty
+    with pytest.raises(AttributeError, match="read"):
+        live.observation.desired = mine.desired
+
+
+@pytest.mark.parametrize("name", [*FIELDS, *SPANS])
+def test_a_copy_can_be_written(live: Simulation, name: str) -> None:
+    """By array and by name, and only there: neither what is live nor another copy changes."""
+    seen = live.observation
+    before, mine, other = seen.block.copy(), seen.copy(), seen.copy()
+    getattr(mine, name)[...] = 0.25
+    assert np.all(getattr(mine, name) == 0.25) and (mine.block == 0.25).sum() >= getattr(mine, name).size
+    setattr(mine, name, 0.75)
+    assert np.all(getattr(mine, name) == 0.75)
+    untouched = [field for field in FIELDS if not np.shares_memory(getattr(mine, field), getattr(mine, name))]
+    assert len(untouched) == len(FIELDS) - (2 if name in SPANS else 1)
+    assert all(np.array_equal(getattr(mine, field), getattr(other, field)) for field in untouched)
+    assert np.array_equal(seen.block, before) and np.array_equal(other.block, before)
+
+
+def test_what_is_desired_can_be_set_as_a_whole(live: Simulation) -> None:
+    """The record, its fields and the names are one; the time is a number of its own."""
+    rng, mine = np.random.default_rng(2), live.observation.copy()
+    coordinates, twists = rng.normal(size=(3, 6)), rng.normal(size=(2, 6))
+    wanted = Desired(*coordinates, rng.normal(size=3), *twists, opening=np.full(1, 0.01), carried=np.full(1, 0.5))
+    mine.desired, mine.time = wanted, 7
+    for name, value in vars(wanted).items():
+        assert np.array_equal(getattr(mine.desired, name), value), name
+    assert np.array_equal(mine.object_position_desired, wanted.coordinates[:3])
+    assert np.array_equal(mine.object_coordinates_acceleration_desired, wanted.coordinates_acceleration)
+    assert (mine.opening_desired, mine.carried_desired, mine.time) == (0.01, 0.5, 7.0)
+    mine.internal_force_desired[1] = -2.0
+    assert mine.desired.internal_force[1] == -2.0
+    assert live.observation.time == pytest.approx(1.0)
+
+
+def test_letters_are_second_names(live: Simulation) -> None:
+    """Each letter of the paper is the array of the word, also to write to a copy."""
+    seen, mine = live.observation, live.observation.copy()
+    for letter, name in ALIASES.items():
+        assert np.array_equal(getattr(seen, letter), getattr(seen, name)), letter
+        if name in FIELDS or name in SPANS:
+            setattr(mine, letter, 3.0)
+            assert np.all(getattr(mine, name) == 3.0)
+    assert np.array_equal(seen.f_C.reshape(-1, 3), seen.contact_force[:, :3])
+    assert np.array_equal(seen.tau_C, seen.contact_force[:, 3])
+
+
+@pytest.mark.parametrize("make", [Observation.copy, copy, deepcopy, lambda seen: pickle.loads(pickle.dumps(seen))])
+def test_copies_are_equal_and_apart(live: Simulation, make: Callable[[Observation], Observation]) -> None:
+    """However it is copied: the same numbers, constants and computed matrices, in memory of its own."""
+    seen = live.observation
+    mine = make(seen)
+    assert np.array_equal(mine.block, seen.block) and mine.time == seen.time
+    assert not np.shares_memory(mine.block, seen.block)
+    for name in ("hand_mass_matrix", "object_mass_matrix", "grasp_matrix", "effort_limit", "gravity", "object_lever"):
+        assert np.array_equal(getattr(mine, name), getattr(seen, name)), name
+    assert mine.tip_names == seen.tip_names and mine.object_mass == seen.object_mass
+    mine.joint_position[0] = 5.0
+    assert seen.joint_position[0] != 5.0
+
+
+def test_a_copy_stays_and_what_is_live_goes_on() -> None:
+    """The next control period overwrites the one and leaves the other."""
+    simulation = build(load_scenario("target-a", {"duration": 0.01, "reference.kind": "step"}))
+    seen = simulation.sample()
+    kept = seen.copy()
+    before = kept.block.copy()
+    for _ in range(5):
+        simulation.step()
+        assert simulation.sample() is seen
+    assert np.array_equal(kept.block, before) and kept.time == 0.0
+    assert seen.time == 0.005 and not np.array_equal(seen.block, before)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("target-a", {"fingertip.contact": "coulomb", "fingertip.friction": 0.42, "reference.kind": "step"}),
+        ("grasp-and-lift", {"duration": 0.9}),
+    ],
+)
+def test_recordings_have_the_same_names_and_numbers(name: str, values: dict[str, Any]) -> None:
+    """A variable of a recording that is a field of an observation has its shape and, at each sample, its numbers."""
+    seen: list[Observation] = []
+    simulation = build(load_scenario(name, {"duration": 0.05, **values}))
+    recording = simulation.run(watch=lambda observation: seen.append(observation.copy()))
+    shared = [variable for variable in VARIABLES if variable in FIELDS]
+    assert set(shared) == set(RECORDED)
+    supports = bool(simulation.plant.supports)
+    assert [variable in recording.variables for variable in shared] == [
+        supports or not variable.startswith("support") for variable in shared
+    ]
+    for variable in shared:
+        if variable in recording.variables:
+            values_seen = np.array([getattr(observation, variable) for observation in seen])
+            assert recording[variable].shape == values_seen.shape, variable
+            assert np.array_equal(recording[variable], values_seen), variable
+    assert np.array_equal(recording.time, [observation.time for observation in seen])

@@ -265,7 +265,7 @@ def test_the_energy_ledger_has_the_work_of_pushes(values: dict[str, Any]) -> Non
     would be the work of the pushes.
     """
     pushes = [Push((1.5, 0.0, -1.0), (0.0, 0.02, 0.0), "object", POINT, 0.02, 0.1),
-              Push((0.0, 0.6, 0.3), on="finger_3_distal", point=(0.02, 0.0, 0.0), start=0.05, duration=0.1)]  # fmt: skip
+              Push((0.0, 0.6, 0.3), (0.0, 0.0, 0.0), "finger_3_distal", (0.02, 0.0, 0.0), 0.05, 0.1)]  # fmt: skip
     ledgers = []
     for step in (1e-3, 5e-4):
         scenario = with_law(load_scenario("target-a"), "conservative").with_values(

@@ -71,9 +71,9 @@ CASES = {
                                                        "friction": 0.42, "static_friction": 0.5}}, slips=True),
     "relaxing rk4": Case("target-a", {**SLIP, "fingertip.damping": {"name": "fung"},
                                       "stepper": {"name": "rk4", "step": 2.5e-4}}, slips=True),
-    "lift": Case("grasp-and-lift", {"duration": 1.8}, (400, 588, 590, 593, 810, 1310, 1591, 1592, 1700), slips=True),
+    "lift": Case("grasp-and-lift", {"duration": 1.8}, (400, 588, 590, 593, 810, 1310, 1591, 1592, 1700)),
     "lift by euler": Case("grasp-and-lift", {"duration": 0.65, "stepper": {"name": "semi-implicit-euler",
-                                                                           "step": 2.5e-4}}, (589, 600), slips=True),
+                                                                           "step": 2.5e-4}}, (589, 600)),
     "computed-torque": Case("computed-torque", {"reference.duration": 0.05}),
     "finger-only": Case("finger-only", {"reference.duration": 0.05}),
     "two-phase": Case("pinch-two-phase", {"reference.duration": 0.05}),
@@ -135,8 +135,10 @@ def test_the_cases_are_hard_ones(name: str) -> None:
         slips = np.any(whole.is_slipping, axis=1)
         assert any(slips[cut] for cut in case.cuts) and not slips.all()
     assert ("external_force" in whole.variables) == bool(case.pushes)
-    if name == "lift":
-        assert np.any(whole.support_force[:, :, 2] > 0.1) and np.all(whole.contact_force[-1, :, 2] > 0.1)
+    if name == "lift":  # before, at and after the touch of each finger, and as the box leaves the table
+        touching = [int(np.sum(whole.contact_force[cut, :, 2] > 0.0)) for cut in case.cuts]
+        standing = [int(np.sum(whole.support_force[cut, :, 2] > 0.0)) for cut in case.cuts]
+        assert {0, 1, 3} <= set(touching) and {0, 4} <= set(standing)
 
 
 def go_on(given: Path, found: Path) -> None:
@@ -154,8 +156,9 @@ def test_a_state_goes_on_in_another_process(tmp_path: Path) -> None:
         cut = case.cuts[len(case.cuts) // 2]
         states[name, cut] = saved(name)[cut, "step"]
     (tmp_path / "states").write_bytes(pickle.dumps(states))
-    program = f"from pathlib import Path; import test_save_and_go_on as t; t.go_on(*map(Path, {[*map(str, (tmp_path / 'states', tmp_path / 'found'))]!r}))"  # fmt: skip
-    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True)
+    program = "import sys, pathlib, test_save_and_go_on as t; t.go_on(*map(pathlib.Path, sys.argv[1:]))"
+    files = tmp_path / "states", tmp_path / "found"
+    subprocess.run([sys.executable, "-c", program, *files], cwd=Path(__file__).parent, check=True)
     rest = pickle.loads((tmp_path / "found").read_bytes())
     assert set(rest) == set(states)
     for (name, cut), recording in rest.items():

@@ -40,8 +40,8 @@ class Ledger(Record):
     """
 
     units: ClassVar = {
-        "time": "s", "work": "J", "kinetic": "J", "gravity": "J", "elastic": "J", "damping": "J", "slip": "J",
-        "residual": "J", "lost": "J", "exchanged": "J",
+        "time": "s", "work": "J", "pushed": "J", "kinetic": "J", "gravity": "J", "elastic": "J", "damping": "J",
+        "slip": "J", "residual": "J", "lost": "J", "exchanged": "J",
     }  # fmt: skip
 
     time: Array
@@ -113,10 +113,10 @@ def energy_ledger(
         work + pushed = kinetic + gravity + elastic + damping + slip + residual
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
-    controller is in this work already. Pushes are held over a step: their work is as exact where a control period is one
-    step, else it takes the push of the begin of the period for all of it. The power of material damping is (f - f_law) . velocity at the contact, taken at
-    each sample and summed by the trapezoidal rule; what f_law stores beyond `tip_energy`, where tips relax, is in the
-    same account. Slip is `slip_loss` of the recording.
+    controller is in this work already. Pushes are held over a step: their work is as exact where a control period is
+    one step, else that of the push at the begin of the period is taken for all of it. The power of material damping is
+    (f - f_law) . velocity at the contact, taken at each sample and summed by the trapezoidal rule; what f_law stores
+    beyond `tip_energy`, where tips relax, is in the same account. Slip is `slip_loss` of the recording.
 
     Args:
         recording: with at least one sample.
@@ -195,7 +195,7 @@ def _push_work(recording: Recording, plant: Plant) -> Array:
     work = np.zeros(len(recording) - 1)
     if "external_force" in recording.variables:
         external, model = recording.external_force, plant.world.model
-        for k in np.flatnonzero(np.any(external[:-1], axis=1)):
+        for k in np.flatnonzero(np.any(external[:-1], axis=1)).tolist():
             here, there = (recorded_state(plant, recording, sample).q for sample in (k, k + 1))
             work[k] = external[k] @ pin.difference(model, here, there)
     return _summed(work)

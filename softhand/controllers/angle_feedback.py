@@ -19,7 +19,7 @@ class AngleFeedback(Controller):
     """Angle feedback, in the manner of Doulgeri and Fasoulas: press along the normals, turn by tangential forces.
 
     With b the normal of the plane of the fingers, c_i the contact points, n_i the normals into the object,
-    e = b . 1/2 sum r_k x r_dk the missing angle about b and w = b x (c_1 - c_2):
+    e = b . log(R_d R^T) the missing angle about b and w = b x (c_1 - c_2):
 
         tau = J_C^T (n_i f_Nd +- M w / |w|^2 - m g / 2) + N_F - K_v q_F'
         M = K e - D b . w_O - b . sum (c_i - p_c) x (n_i f_Nd - m g / 2)

@@ -19,13 +19,14 @@ class Blind(Controller):
     """Blind manipulation, in the manner of Tahara and Arimoto: a virtual object frame from the tips, no sensing.
 
         u_i = f_d / sum(r) sum_j J_i^T (x_j - x_i) - C_i q_i' + K_p J_i^T (x_d - x_v) / nc
-              + K_o / 2 J_W,i^T (r_x x r_xd + r_y x r_yd + r_z x r_zd) + N_F,i - J_i^T m g / nc
+              + K_o J_W,i^T log(R_vd R_v^T) + N_F,i - J_i^T m g / nc
 
     x_i is the centre of a flat face, J_i its Jacobian. The virtual frame has x_v = mean of x_i, r_z along
-    (x_3 - x_1) x (x_2 - x_1), r_y along x_1 - x_2, r_x = r_y x r_z. J_W,i is the share of finger i in its angular
-    velocity, so that K_p and K_o are springs of the virtual frame and the law is passive. Its desired pose is its pose
-    at the start moved as the object shall be moved: the pose of the object is used once, at the start. The first term
-    pulls all tips together; f_d is chosen so that at the start the mean of f_d |x_j - x_i| / sum(r) is that of f_Nd.
+    (x_3 - x_1) x (x_2 - x_1), r_y along x_1 - x_2, r_x = r_y x r_z; these are the columns of R_v. J_W,i is the share of
+    finger i in its angular velocity, so that K_p and K_o are springs of the virtual frame and the law is passive. Its
+    desired pose is its pose at the start moved as the object shall be moved: the pose of the object is used once, at
+    the start. The first term pulls all tips together; f_d is chosen so that at the start the mean of
+    f_d |x_j - x_i| / sum(r) is that of f_Nd.
     Structure: certain; the details of the original, among them which Jacobian J_W,i is, are not. Three fingers or more.
     Tips that roll and give way move against the object: an error remains that joint sensing cannot see.
     """

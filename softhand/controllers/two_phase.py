@@ -21,7 +21,7 @@ class TwoPhase(Controller):
         q_d = q_bias +- J_i^+ t (K_P e + K_I int e dt)          first phase, from the object's angle
         u = K_q (q_d - q_F) - K_d q_F'                         second phase, from the joints
 
-    e = b . 1/2 sum r_k x r_dk is the missing angle about the normal b of the fingers' plane, t = b x u the direction in
+    e = b . log(R_d R^T) is the missing angle about the normal b of the fingers' plane, t = b x u the direction in
     which tip 1 moves so that the object turns about b (u from contact 2 to 1), + at finger 1 and - at finger 2. J_i^+ t
     is taken at the start; with one joint a finger, as in the original, it is a number, +-1 / length. q_bias is where
     the joints would go without an object: q_F(0) + tau(0) / K_q, with tau(0) the torques that hold the start. So the

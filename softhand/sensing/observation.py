@@ -143,10 +143,11 @@ class Observation:
 
     def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
         views = fields(block, known.sizes)
-        self.__dict__.update(fields=views, time=time, known=known, block=block)
+        self.__dict__.update(fields=views, time=time, known=known)
         if is_live:
-            views = fields(_read_only(block), known.sizes)
-        self.__dict__.update(views._asdict())
+            block = _read_only(block)
+            views = fields(block, known.sizes)
+        self.__dict__.update(views._asdict(), block=block)
         self.__dict__["desired"] = Desired(
             self.object_coordinates_desired,
             self.object_coordinates_rate_desired,

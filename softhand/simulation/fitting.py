@@ -34,13 +34,13 @@ def must_fit(state: State, mine: State, plant: Plant, integration: Integration) 
     if state.carried is None:
         return
     if state.carried.names != plant.names:
-        theirs, ours = ", ".join(state.carried.names), ", ".join(plant.names)
-        raise _misfit("carried", theirs, f"its joints and contacts are {theirs}, but those of this plant are {ours}")
-    for what, ours, given in (
-        ("plant", plant.carry(), state.carried.plant),
-        ("stepper", integration.carry(), state.carried.stepper),
+        saved, here = ", ".join(state.carried.names), ", ".join(plant.names)
+        raise _misfit("carried", saved, f"its joints and contacts are {saved}, but those of this plant are {here}")
+    for what, carried, own in (
+        ("plant", state.carried.plant, plant.carry()),
+        ("stepper", state.carried.stepper, integration.carry()),
     ):
-        if _layout(ours) != _layout(given):
+        if _layout(carried) != _layout(own):
             again = "State(state.q, state.v, state.z, state.time) starts afresh from it"
             raise _misfit("carried", what, f"it was saved with another {what}; {again}")
 
