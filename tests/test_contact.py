@@ -12,9 +12,9 @@ import pytest
 from hands import Array, Task, make_law, numerical_jacobian, random_state
 from scipy.optimize import fsolve
 
+from softhand.contact.answer import contact_force
 from softhand.contact.kinematics import (
     contact_coordinates,
-    contact_force,
     deformation_jacobian,
     deformation_rate,
     integrate_memory,
