@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from softhand.contact.answer import answer
-from softhand.contact.friction import limit_use, traction
+from softhand.contact.limit import limit_use
+from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.compiled import compiled
 
