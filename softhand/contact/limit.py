@@ -139,7 +139,7 @@ def limit_use(contact, s, room):
         return 0.0
     u = (s[0] * s[0] + s[1] * s[1]) / square
     Q = 1.0 + u * (1.0 - u) * (c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * c[4]))))
-    return math.sqrt(square * Q) / room if room > 0.0 else math.inf
+    return math.inf if room <= 0.0 else math.sqrt(square * Q) / room
 
 
 @compiled

@@ -87,7 +87,7 @@ def slip_to_limit(pad, contact, duration):
         dash = D[0] / duration, D[1] / duration, D[3] / (lever * lever * duration)
         push = D[0] * v[0], D[1] * v[1], D[3] * v[3] / lever
         m = _return(pad, contact, Trial(displacement_of(contact), push, dash, least))
-    if limit_use(contact, material_force(contact), contact.grip * normal_force(contact)) > 1.0 + ROUNDED:
+    if not limit_use(contact, material_force(contact), contact.grip * normal_force(contact)) <= 1.0 + ROUNDED:
         m = _return(pad, contact, Trial(displacement_of(contact), _ZERO, _ZERO, least))
     contact.slip[0] += first - contact.deformation[1]
     contact.slip[1] += second - contact.deformation[2]
@@ -102,7 +102,7 @@ def _return(pad, contact, trial):
     Newton's method on (x, m). It begins from the solution for a linear law and a limit that is a sphere: as they are at
     x0, or the law as it is at x = 0 where x0 is so far out that it need not mean anything there. If that does not lead
     to the end, as with a normal force that depends much on the shear, it begins from x0 cut back in proportion, and
-    there it stays if that does not either.
+    there it stays if that does not either; at x0 if the force is no number there, for that is then the law's fault.
     """
     use = limit_use(contact, moved(material_force(contact), 1.0, trial.push), contact.grip * normal_force(contact))
     m, x = _guess_linear(pad, contact, trial, use < _NEAR)
@@ -112,7 +112,7 @@ def _return(pad, contact, trial):
         found, m = _closest_point(pad, contact, trial, m, x)
     if not found:
         m = 0.0
-        _force(pad, contact, trial, x)
+        _force(pad, contact, trial, x if use > 0.0 else trial.x0)
     return m
 
 
@@ -208,6 +208,8 @@ def _guess_in_proportion(pad, contact, trial):
         if not length(ahead) < math.inf:
             break
         x = ahead
+    if not limit_use(contact, _force(pad, contact, trial, x), contact.grip * normal_force(contact)) <= 1.0:
+        x = _ZERO
     # how far from there towards x0, by bisection
     low, high, way = 0.0, 1.0, moved(trial.x0, -1.0, x)
     for _ in range(_MOST_HALVINGS):

@@ -1,4 +1,4 @@
-"""Experiments of `softhand.validation.onset` against their exact answers, and the quadrature that they are judged by."""
+"""Experiments of `softhand.validation.onset` against their exact answers, and the quadrature they are judged by."""
 
 import numpy as np
 import pytest

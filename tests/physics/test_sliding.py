@@ -6,7 +6,6 @@ from softhand.validation import sliding
 from softhand.validation.check import Experiment
 from softhand.validation.rigs import MU, G
 
-
 HALVED = {"midpoint": 4.0, "rk4": 2.0, "adaptive": 2.0, "semi-implicit-euler": 2.0}
 """What half the step does to the error of the stopping distance; while it slips a block stops at an even pace."""
 
