@@ -16,7 +16,8 @@ from softhand.analysis.energy import energy_ledger
 from softhand.plots.energy import draw_energy
 from softhand.plots.panels import draw_title, finish, new_figure, panel
 from softhand.plots.style import DASHED, FINGERS, STYLE
-from softhand.validation.sliding import limit_curve
+from softhand.validation.pressures import columns, lever, limit_curve
+from softhand.validation.rigs import RADIUS
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 TARGETS = {"target-a": "finger_2_tip", "target-b": "finger_1_tip"}
@@ -87,9 +88,10 @@ def draw_limit() -> Figure:
         grid = figure.add_gridspec(1, 1, left=0.3, right=0.7, top=top, bottom=0.12)
         axes = panel(figure, grid[0], "torsion / largest torsion [-]", bottom=True)
         angle = np.linspace(0.0, 0.5 * np.pi, 200)
-        axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8, ls=DASHED, label="ellipse, in softhand")
+        axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8, ls=DASHED, label="ellipse")
         for color, depth in zip(FINGERS, (1e-4, 1e-3, 3e-3), strict=False):
-            curve = limit_curve(depth)
+            pressure = columns(depth, RADIUS)
+            curve = limit_curve(pressure, np.tan(0.5 * np.pi * np.linspace(0.0, 0.9999, 60))) / (1.0, lever(pressure))
             print(f"dr = {1e3 * depth:g} mm: {100.0 * np.max(1.0 - np.hypot(*curve.T)):.3g} % inside the ellipse")
             axes.plot(*curve.T, color=color, label=f"exact, dr = {1e3 * depth:g} mm")
         axes.set(xlim=(0.0, 1.05), ylim=(0.0, 1.05), aspect="equal", xlabel="tangential force / (mu f_z) [-]")

@@ -10,7 +10,7 @@ from hands import Task, reference_task
 from scipy.integrate import quad
 
 from softhand.assembly.build import simulate
-from softhand.contact.friction import limit_surface_use, spin_length
+from softhand.contact.limit import limit_surface_use, spin_length
 from softhand.contact.records import PAD
 from softhand.laws.conservative import Conservative
 from softhand.laws.hertz import Hertz

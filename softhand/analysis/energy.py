@@ -114,9 +114,10 @@ def energy_ledger(
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
     controller is in this work already. Pushes are held over a step: their work is as exact where a control period is
-    one step, else that of the push at the begin of the period is taken for all of it. The power of material damping is
-    (f - f_law) . velocity at the contact, taken at each sample and summed by the trapezoidal rule; what f_law stores
-    beyond `tip_energy`, where tips relax, is in the same account. Slip is `slip_loss` of the recording.
+    one step, else that of the push at the begin of the period is taken for all of it. What the material damps is the
+    integral of J_delta^T f - F over the deformation, F the force of the law, from sample to sample by the trapezoidal
+    rule; what F stores beyond `tip_energy`, where tips relax, is in the same account. Slip is `slip_loss` of the
+    recording.
 
     Args:
         recording: with at least one sample.
@@ -134,8 +135,8 @@ def energy_ledger(
     work = _summed(np.sum(recording.joint_torque[:-1] * moved, axis=1))
     damping = np.zeros(count)
     if np.any(plant.pads["is_damped"]):
-        power = np.array([_damping_power(recording, plant, sample) for sample in range(count)])
-        damping = _summed(0.5 * (power[1:] + power[:-1]) * np.diff(recording.time))
+        excess, deformation = np.stack([_beyond_law(recording, plant, k) for k in range(count)], axis=1)
+        damping = _summed(np.sum(0.5 * (excess[1:] + excess[:-1]) * np.diff(deformation, axis=0), axis=(1, 2)))
     slip = np.zeros(count)
     if "slip_loss" in recording.variables:
         slip = np.sum(recording.slip_loss, axis=1)
@@ -227,21 +228,17 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
     return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic, relaxing
 
 
-def _damping_power(recording: Recording, plant: Plant, sample: int) -> float:
-    """(f - f_law) . velocity of all contacts at one sample [W]."""
+def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:
+    """J_delta^T f - F of all contacts at one sample, and their deformation; each of shape (nc, 4)."""
     _put(recording, plant, sample)
     contacts = plant.contacts
-    law = contacts["deformation_force"]
-    elastic = np.stack(
-        [
-            contacts["theta_per_x"] * law[:, 1] + contacts["psi_per_x"] * law[:, 3],
-            contacts["phi_per_y"] * law[:, 2],
-            law[:, 0],
-            law[:, 3],
-        ],
-        axis=1,
-    )
     force = recording.contact_force[sample]
     if plant.supports:
         force = np.concatenate([force, recording.support_force[sample]])
-    return float(np.sum((force - elastic) * contacts["velocity"]))
+    touches = contacts["deformation"][:, 0] > 0.0
+    beyond = np.zeros((len(contacts), 4))
+    beyond[:, 0] = force[:, 2]
+    beyond[touches, 1] = (force[:, 0] - contacts["psi_per_x"] * force[:, 3])[touches] / contacts["theta_per_x"][touches]
+    beyond[touches, 2] = force[touches, 1] / contacts["phi_per_y"][touches]
+    beyond[:, 3] = force[:, 3]
+    return beyond - contacts["deformation_force"], contacts["deformation"].copy()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from softhand.contact.answer import answer
-from softhand.contact.friction import limit_use, traction
+from softhand.contact.limit import limit_use
+from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.compiled import compiled
 
@@ -50,18 +51,18 @@ def press(contact):
         contact: one row of `records.CONTACT`; force and limit_surface_use are set.
 
     Returns:
-        Whether it is beyond the limit mu f_z, mu the `grip`.
+        Whether it is beyond the limit mu f_z, mu the `grip`; also if it is no number, as of a law far out of its range.
     """
     force, elastic, dashpot, velocity = contact.force, contact.elastic, contact.dashpot, contact.velocity
     contact.slip_rate[0], contact.slip_rate[1], contact.slip_rate[2] = 0.0, 0.0, 0.0
     for k in range(4):
         force[k] = elastic[k] + dashpot[k] * velocity[k]
-    if contact.is_damped or contact.grip < math.inf:
-        force[2] = max(force[2], 0.0)
+    if force[2] < 0.0 and (contact.is_damped or contact.grip < math.inf):
+        force[2] = 0.0
     if contact.grip == math.inf:
         return False
     contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * force[2])
-    return contact.limit_surface_use > 1.0 + ROUNDED
+    return not contact.limit_surface_use <= 1.0 + ROUNDED
 
 
 @compiled

@@ -6,10 +6,12 @@ import math
 
 from softhand.contact.answer import answer, answer_stiffness
 from softhand.contact.damping import press, react, recall
-from softhand.contact.friction import has_slid, set_friction, set_limit
+from softhand.contact.friction import has_slid, set_friction
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
-from softhand.contact.slip import slip_to_limit, stiffness_while_slipping
+from softhand.contact.limit import set_limit
+from softhand.contact.slip import slip_to_limit
+from softhand.contact.tangent import stiffness_while_slipping
 from softhand.numerics.compiled import compiled
 
 

@@ -1,9 +1,6 @@
 """Slip: what a tip stores of shear and torsion goes back to the limit of friction, along the flow of most dissipation.
 
-Forces, displacements and velocities of this file are three numbers in the contact frame, the spin scaled by the lever l
-of the limit surface, so that all three have one unit and force times displacement is work:
-
-    s = (f_x, f_y, tau / l) [N],   x = (x, y, l w) [m],   v = (v_x, v_y, l w_z) [m/s]
+Forces, displacements and velocities are the three numbers of `scaled`.
 """
 
 from __future__ import annotations
@@ -12,7 +9,8 @@ import math
 from typing import NamedTuple
 
 from softhand.contact.answer import answer, answer_stiffness, normal_force
-from softhand.contact.friction import limit_of, limit_use, traction
+from softhand.contact.limit import limit_of, limit_use
+from softhand.contact.scaled import displacement_of, material_force, normal_stiffness_of, stiffness_of
 from softhand.numerics.compiled import compiled
 from softhand.numerics.triples import (
     diagonal,
@@ -84,13 +82,13 @@ def slip_to_limit(pad, contact, duration):
     """
     first, second, third = contact.deformation[1], contact.deformation[2], contact.deformation[3]
     lever, D, v, m = contact.lever, contact.dashpot, contact.velocity, 0.0
-    least = _NOTHING * length(_material(contact))
+    least = _NOTHING * length(material_force(contact))
     if duration > 0.0 and D[0] + D[1] + D[3] > 0.0:
         dash = D[0] / duration, D[1] / duration, D[3] / (lever * lever * duration)
         push = D[0] * v[0], D[1] * v[1], D[3] * v[3] / lever
-        m = _return(pad, contact, Trial(_stored(contact), push, dash, least))
-    if limit_use(contact, _material(contact), contact.grip * normal_force(contact)) > 1.0 + ROUNDED:
-        m = _return(pad, contact, Trial(_stored(contact), _ZERO, _ZERO, least))
+        m = _return(pad, contact, Trial(displacement_of(contact), push, dash, least))
+    if not limit_use(contact, material_force(contact), contact.grip * normal_force(contact)) <= 1.0 + ROUNDED:
+        m = _return(pad, contact, Trial(displacement_of(contact), _ZERO, _ZERO, least))
     contact.slip[0] += first - contact.deformation[1]
     contact.slip[1] += second - contact.deformation[2]
     contact.slip[2] += third - contact.deformation[3]
@@ -104,9 +102,9 @@ def _return(pad, contact, trial):
     Newton's method on (x, m). It begins from the solution for a linear law and a limit that is a sphere: as they are at
     x0, or the law as it is at x = 0 where x0 is so far out that it need not mean anything there. If that does not lead
     to the end, as with a normal force that depends much on the shear, it begins from x0 cut back in proportion, and
-    there it stays if that does not either.
+    there it stays if that does not either; at x0 if the force is no number there, for that is then the law's fault.
     """
-    use = limit_use(contact, moved(_material(contact), 1.0, trial.push), contact.grip * normal_force(contact))
+    use = limit_use(contact, moved(material_force(contact), 1.0, trial.push), contact.grip * normal_force(contact))
     m, x = _guess_linear(pad, contact, trial, use < _NEAR)
     found, m = _closest_point(pad, contact, trial, m, x)
     if not found:
@@ -114,7 +112,7 @@ def _return(pad, contact, trial):
         found, m = _closest_point(pad, contact, trial, m, x)
     if not found:
         m = 0.0
-        _force(pad, contact, trial, x)
+        _force(pad, contact, trial, x if use > 0.0 else trial.x0)
     return m
 
 
@@ -141,10 +139,10 @@ def _closest_point(pad, contact, trial, m, x):
             # the next step
             gap, share, x_last, m_last = nearer, 1.0, x, m
             answer_stiffness(pad, contact)
-            K = with_diagonal(_stiffness(contact), trial.dash)
+            K = with_diagonal(stiffness_of(contact), trial.dash)
             by_x = times_number(1.0 / (math.sqrt(H) * room), transposed_times(K, e))
             if normal > trial.least:
-                by_x = moved(by_x, -contact.grip * use / room, _normal_stiffness(contact))
+                by_x = moved(by_x, -contact.grip * use / room, normal_stiffness_of(contact))
             dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
         elif gap == math.inf:
             return False, m
@@ -170,7 +168,7 @@ def _guess_linear(pad, contact, trial, from_trial):
     x0 = trial.x0
     s = _force(pad, contact, trial, x0 if from_trial else _ZERO)
     answer_stiffness(pad, contact)
-    K = with_diagonal(_stiffness(contact), trial.dash)
+    K = with_diagonal(stiffness_of(contact), trial.dash)
     if not from_trial:
         s = moved(s, 1.0, times(K, x0))
     return _guess_round(contact, K, s, x0, max(contact.grip * normal_force(contact), trial.least))
@@ -206,10 +204,12 @@ def _guess_in_proportion(pad, contact, trial):
         if limit_use(contact, s, contact.grip * normal_force(contact)) < _CLOSE:
             break
         answer_stiffness(pad, contact)
-        ahead = moved(x, -1.0, solved(with_diagonal(_stiffness(contact), trial.dash), s))
+        ahead = moved(x, -1.0, solved(with_diagonal(stiffness_of(contact), trial.dash), s))
         if not length(ahead) < math.inf:
             break
         x = ahead
+    if not limit_use(contact, _force(pad, contact, trial, x), contact.grip * normal_force(contact)) <= 1.0:
+        x = _ZERO
     # how far from there towards x0, by bisection
     low, high, way = 0.0, 1.0, moved(trial.x0, -1.0, x)
     for _ in range(_MOST_HALVINGS):
@@ -238,7 +238,7 @@ def slip_velocity(contact, room):
     """
     lever, D, velocity = contact.lever, contact.dashpot, contact.velocity
     K = diagonal((D[0], D[1], D[3] / (lever * lever)))
-    elastic, v = _material(contact), (velocity[0], velocity[1], lever * velocity[3])
+    elastic, v = material_force(contact), (velocity[0], velocity[1], lever * velocity[3])
     m, x = _guess_round(contact, K, moved(elastic, 1.0, times(K, v)), v, room)
     for _ in range(_MOST_STEPS):
         s = moved(elastic, 1.0, times(K, x))
@@ -254,90 +254,15 @@ def slip_velocity(contact, room):
 
 
 @compiled
-def stiffness_while_slipping(contact, m, per_lead):
-    """The stiffness of a tip that slipped by m e in the last step, for the next one, in place of that of its law.
-
-        A = K (1 + (m / 2) e' K)^-1,   A <- A - (A e) (e^T A) / (e^T A e),   e' = de/df
-
-    With m in place of m / 2 it is the derivative of the force of `slip_to_limit` by the displacement, at a given normal
-    force. It is zero along the slip. Across it the force turns with the direction of slip, by no more than mu f_z over
-    the slip of a step, however stiff the law: the force answers to the displacement of that step, thus to a velocity.
-    A stepper that adds h^2/4 of the stiffness to the mass is stable with any spring, but wants twice as much for what
-    answers to a velocity; the half of m is what is enough for both, at every ratio of the slip of a step to the
-    stored displacement. The limit changes with the normal force too, but a matrix of that is not symmetric, so of the
-    normal direction only its own stiffness is kept.
-
-    Dashpots are in it as D / lead, h/2 of the damping for h^2/4 of the stiffness.
-
-    Args:
-        contact: one row of `records.CONTACT`, after `answer_stiffness`; stiffness is changed.
-        m: of `slip_to_limit` [m/N].
-        per_lead: one over the lead, half of the step [1/s].
-    """
-    lever, D, stiffness = contact.lever, contact.dashpot, contact.stiffness
-    dash = per_lead * D[0], per_lead * D[1], per_lead * D[3] / (lever * lever)
-    K, s, normal = with_diagonal(_stiffness(contact), dash), traction(contact), stiffness[2, 2]
-    stiffness[:] = 0.0
-    stiffness[2, 2] = normal
-    _, e, by_s = limit_of(contact.curve, s)
-    B = one_and_product(0.5 * m, by_s, K)
-    a = times(K, solved(B, (1.0, 0.0, 0.0)))
-    b = times(K, solved(B, (0.0, 1.0, 0.0)))
-    c = times(K, solved(B, (0.0, 0.0, 1.0)))
-    A = (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2])
-    right, left = times(A, e), transposed_times(A, e)
-    most = dot(e, right)
-    if not 0.0 < most < math.inf:
-        return
-    for i in range(3):
-        row, to_row = (i, 1.0) if i < 2 else (3, lever)
-        for j in range(3):
-            column, to_column = (j, 1.0) if j < 2 else (3, lever)
-            stiffness[row, column] = to_row * to_column * (A[3 * i + j] - right[i] * left[j] / most)
-
-
-@compiled
 def _force(pad, contact, trial, x):
     """f after the slip x0 - x; the contact is then there."""
     contact.deformation[1] = contact.theta_per_x * x[0]
     contact.deformation[2] = contact.phi_per_y * x[1]
     contact.deformation[3] = x[2] / contact.lever + contact.psi_per_x * x[0]
     answer(pad, contact)
-    s, x0, push, dash = _material(contact), trial.x0, trial.push, trial.dash
+    s, x0, push, dash = material_force(contact), trial.x0, trial.push, trial.dash
     return (
         s[0] + push[0] - dash[0] * (x0[0] - x[0]),
         s[1] + push[1] - dash[1] * (x0[1] - x[1]),
         s[2] + push[2] - dash[2] * (x0[2] - x[2]),
     )
-
-
-@compiled
-def _stored(contact):
-    """x of the deformation, the tangential part of J_delta times it."""
-    along_x = contact.deformation[1] / contact.theta_per_x
-    twist = contact.deformation[3] - contact.psi_per_x * along_x
-    return along_x, contact.deformation[2] / contact.phi_per_y, contact.lever * twist
-
-
-@compiled
-def _material(contact):
-    """s of `elastic`."""
-    return contact.elastic[0], contact.elastic[1], contact.elastic[3] / contact.lever
-
-
-@compiled
-def _stiffness(contact):
-    """ds/dx of `elastic`, after `answer_stiffness`."""
-    K, lever = contact.stiffness, contact.lever
-    return (
-        K[0, 0], K[0, 1], K[0, 3] / lever,
-        K[1, 0], K[1, 1], K[1, 3] / lever,
-        K[3, 0] / lever, K[3, 1] / lever, K[3, 3] / (lever * lever),
-    )  # fmt: skip
-
-
-@compiled
-def _normal_stiffness(contact):
-    """df_z/dx of `elastic`."""
-    K = contact.stiffness
-    return K[2, 0], K[2, 1], K[2, 3] / contact.lever

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.contact.friction import limit_surface_use
+from softhand.contact.limit import limit_surface_use
 from softhand.grasping.materials import Material
 from softhand.grasping.posture import Posture
 from softhand.grasping.situation import skeleton
@@ -41,7 +41,7 @@ class FingerQuality(Record):
         depth: dr [m].
         force: f_x, f_y, f_z [N], tau [N m] on the object, in a contact frame, shape (4,).
         friction_use: |f_t| / (mu f_z), infinite for a contact that would have to pull.
-        limit_surface_use: with torsion, see `softhand.contact.friction.limit_surface_use`.
+        limit_surface_use: with torsion, see `softhand.contact.limit.limit_surface_use`.
         torsion_length: tau_max / (mu f_z) [m].
     """
 

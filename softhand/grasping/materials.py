@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softhand.assembly.parts import read_law
-from softhand.contact.friction import spin_length
+from softhand.contact.limit import spin_length
 from softhand.contact.records import PAD
 from softhand.laws.law import Law
 from softhand.scenario.scenario import Scenario

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.friction import limit_use, set_limit, traction
 from softhand.contact.kinematics import contact_coordinates
+from softhand.contact.limit import limit_use, set_limit
+from softhand.contact.scaled import traction
 from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import set_rpy

@@ -8,31 +8,19 @@ from collections.abc import Iterable
 import numpy as np
 
 from softhand.assembly.build import simulate
-from softhand.contact.friction import spin_length
+from softhand.contact.limit import limit_of, limit_use
 from softhand.dampings.kelvin_voigt import KelvinVoigt
-from softhand.laws.conservative import Conservative
-from softhand.laws.hertz import Hertz
 from softhand.laws.law import Law
-from softhand.laws.nakashima import Nakashima
 from softhand.laws.parallel_distributed import ParallelDistributed
-from softhand.laws.power import Power
 from softhand.laws.radial import Radial
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.scenario import load_scenario
 from softhand.steppers.midpoint import Midpoint
 from softhand.validation.check import Check
+from softhand.validation.every_law import LAWS, name_of
 from softhand.validation.rigs import BOTTOM, MU, RADIUS, Body, Carriage, Rig, make_rig, make_world, pinch, tip
 
-PAPER = {"radius": RADIUS, "k_r": 0.377e6, "k_phi": 0.166e6, "k_theta": 0.0266e9, "k_psi": 0.0488e9}
 LEAN = 0.5  # [rad]
-LAWS: tuple[Law, ...] = (
-    Radial(radius=RADIUS),
-    Power(radius=RADIUS),
-    Hertz(radius=RADIUS),
-    ParallelDistributed(radius=RADIUS),
-    Nakashima(**PAPER),
-    Conservative(radius=RADIUS),
-)
 
 
 def creep() -> Iterable[Check]:
@@ -53,37 +41,41 @@ def creep() -> Iterable[Check]:
     yield Check("sag of a pinched box", -1e3 * float(rig.position[2]), 1e3 * sag, 1e-6, "mm")
 
 
-def cut_back() -> Iterable[Check]:
-    """Whatever is stored: after the return the use of the limit surface is at most 1, on the ray of what was stored."""
+def slip_to_limit() -> Iterable[Check]:
+    """Whatever is stored: what slips ends on the limit, and has slipped along its normal."""
     rng = np.random.default_rng(3)
     for law in LAWS:
-        yield Check(f"use of the limit after the return, {type(law).__name__}", _worst_use(law, rng), 1.0, 1e-12)
-    worst = _worst_use(ParallelDistributed(radius=RADIUS), rng, 0.3, math.radians(45.0))
-    yield Check("use of the limit after the return, ParallelDistributed at 45 deg, mu 0.3", worst, 1.0, 1e-12)
+        yield from _slipped(name_of(law), law, rng)
+    leaning = ParallelDistributed(radius=RADIUS)  # pulls sideways without any shear
+    yield from _slipped("ParallelDistributed at 45 deg, mu 0.3", leaning, rng, 0.3, math.radians(45.0))
 
 
-def _worst_use(law: Law, rng: np.random.Generator, mu: float = MU, lean: float = LEAN) -> float:
-    """Largest use of the limit surface after the return from 300 random displacements."""
-    rig = _leaning(law, 0.0, lean, friction=mu)
-    position, turn = rig.position.copy(), rotation_of((0.0, lean, 0.0))
-    worst = 0.0
-    for _ in range(300):
-        depth = 10 ** rng.uniform(-5.0, -2.5)
-        rig.position[:] = position - depth * turn[:, 2]
-        size = 10 ** rng.uniform(-3.0, 0.5)
-        unit = RADIUS if law.coordinates == "surface" else 1.0
-        rig.state.z[0, :3] = size * rng.normal(size=3) * (unit, unit, 1.0)
-        rig.update()
-        force, contact = rig.contact["force"], rig.contact
-        if force[2] <= 0.0:
-            use = 0.0 if np.all(force == 0.0) else math.inf
-        else:
-            use = math.hypot(
-                math.hypot(force[0], force[1]) / (mu * force[2]),
-                force[3] / (mu * force[2] * spin_length(rig.plant.pads[0], contact["distance"])),
-            )
-        worst = max(worst, use)
-    return worst
+def _slipped(name: str, law: Law, rng: np.random.Generator, mu: float = MU, lean: float = LEAN) -> Iterable[Check]:
+    """How far off the limit, and the slip off its normal, after 150 random displacements; ellipse and exact limit."""
+    off = angle = 0.0
+    for limit in ("ellipse", "exact"):
+        rig = _leaning(law, 0.0, lean, friction=mu, limit=limit)
+        position, turn = rig.position.copy(), rotation_of((0.0, lean, 0.0))
+        for _ in range(150):
+            rig.position[:] = position - 10 ** rng.uniform(-5.0, -2.5) * turn[:, 2]
+            unit = RADIUS if law.coordinates == "surface" else 1.0
+            rig.state.z[0, :3] = 10 ** rng.uniform(-3.0, 0.5) * rng.normal(size=3) * (unit, unit, 1.0)
+            rig.update()
+            force, slip, lever = rig.contact["force"], _slip_of(rig.contact), rig.contact["lever"]
+            s = float(force[0]), float(force[1]), float(force[3] / lever)
+            use = limit_use(rig.contact, s, mu * force[2])
+            off = max(off, abs(use - 1.0) if np.any(slip) else use - 1.0)
+            normal = np.array(limit_of(rig.contact["curve"], s)[1])
+            angle = max(angle, math.atan2(float(np.linalg.norm(np.cross(slip, normal))), float(slip @ normal)))
+    yield Check(f"after slip, use of the limit off 1, {name}", off, 0.0, 1e-12)
+    yield Check(f"after slip, off the normal of the limit, {name}", math.degrees(angle), 0.0, 1e-6, "deg")
+
+
+def _slip_of(contact: np.void) -> np.ndarray:
+    """Along x, along y, and about z times the lever, in C_F."""
+    along_x = contact["slip"][0] / contact["theta_per_x"]
+    twist = contact["slip"][2] - contact["psi_per_x"] * along_x
+    return np.array([along_x, contact["slip"][1] / contact["phi_per_y"], contact["lever"] * twist])
 
 
 def stick() -> Iterable[Check]:
@@ -145,4 +137,4 @@ def _leaning(law: Law, depth: float, lean: float = LEAN, **options: object) -> R
     return make_rig(world, [tip(world, BOTTOM, law, **options)], turn @ (0.0, 0.0, RADIUS - depth + 0.030), turn)  # type: ignore[arg-type]
 
 
-EXPERIMENTS = (creep, cut_back, stick, touch_again, target_a)
+EXPERIMENTS = (creep, slip_to_limit, stick, touch_again, target_a)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from softhand.validation import holding, motion, pressing, rolling, sliding
+from softhand.validation import flow, holding, motion, onset, pressing, rolling, sliding
 from softhand.validation.check import Check, Experiment
 
 EXPERIMENTS: tuple[Experiment, ...] = (
     *sliding.EXPERIMENTS,
+    *onset.EXPERIMENTS,
+    *flow.EXPERIMENTS,
     *rolling.EXPERIMENTS,
     *pressing.EXPERIMENTS,
     *motion.EXPERIMENTS,
