@@ -1,7 +1,6 @@
 """Which places the fingers take together: those tried first whose force-closure margin could be the largest.
 
-A bound of the margin, the least support of the corners of `primitive_wrenches` over many directions, costs a thousandth
-of the margin itself.
+A bound of the margin, the least of `supports` over many directions, costs a thousandth of the margin itself.
 """
 
 from __future__ import annotations
@@ -13,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.grasping.margin import closure_margin, supports
 from softhand.grasping.places import Place
 from softhand.grasping.situation import Situation
-from softhand.grasping.wrenches import Contacts, closure_margin, primitive_wrenches
+from softhand.grasping.wrenches import Contacts
 from softhand.numerics.arrays import Array
 
 Choice = tuple[Place, ...]
@@ -95,13 +95,10 @@ class Combinations:
         """Upper bounds of the margins: the least support over some directions of the space of wrenches."""
         directions = np.random.default_rng(0).normal(size=(_DIRECTIONS, 6))
         directions /= np.linalg.norm(directions, axis=1)[:, None]
-        supports = []
-        for i, found in enumerate(self.places):
-            corners = primitive_wrenches(self.contacts(found, [i] * len(found)))
-            supports.append(np.max(corners @ directions.T, axis=1))
+        reached = [supports(self.contacts(found, [i] * len(found)), directions) for i, found in enumerate(self.places)]
         bounds = np.empty(len(chosen))
         for begin in range(0, len(chosen), 4096):
             rows = chosen[begin : begin + 4096]
-            best = np.max([support[rows[:, i]] for i, support in enumerate(supports)], axis=0)
+            best = np.max([support[rows[:, i]] for i, support in enumerate(reached)], axis=0)
             bounds[begin : begin + 4096] = best.min(axis=1)
         return bounds
