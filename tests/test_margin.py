@@ -48,7 +48,7 @@ def margin_by_hulls(contacts: Contacts) -> tuple[float, float]:
         hull = ConvexHull(points, qhull_options="QJ")
         nearest = np.argsort(-hull.equations[:, -1])[:60]
         normals, offsets = hull.equations[nearest, :-1], -hull.equations[nearest, -1]
-        least = min(least, float(supports(contacts, normals).max(axis=0).min()))
+        least = min(least, float(supports(centres, spreads, normals).max(axis=0).min()))
         if least < 1e-7:
             return 0.0, 0.0
         if offsets[0] > 0.992 * least:

@@ -28,7 +28,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 
 _CLOSED = 1e-7  # [N/N] least margin that is told from none
-_STARTS = 20  # first rays beside the 12 along the axes
+_RAYS = np.vstack([np.eye(6), -np.eye(6), np.random.default_rng(0).normal(size=(20, 6))])
 _NEAR = 1e-4  # share by which one more ray must improve the margin
 _MET = 1e-3  # share by which W may reach beyond the plane of a ray
 _MOST_RAYS = 40
@@ -49,8 +49,22 @@ def closure_margin(contacts: Contacts) -> float:
     Returns:
         [N] a newton, to a thousandth; moments count over L.
     """
-    starts = np.vstack([np.eye(6), -np.eye(6), np.random.default_rng(0).normal(size=(_STARTS, 6))])
-    return float(_least_support(*wrench_sets(contacts), starts))
+    return worst_wrench(*wrench_sets(contacts), is_final=True)[0]
+
+
+def worst_wrench(centres: Array, spreads: Array, is_final: bool = False) -> tuple[float, Array]:
+    """The margin, and the direction of the wrench that is answered worst.
+
+    Args:
+        centres: g_i, shape (nc, 6).
+        spreads: B_i, shape (nc, 6, 3).
+        is_final: with rays beside those along the axes, which of a thousand grasps hardly one needs.
+
+    Returns:
+        The margin as in `closure_margin`, and the unit vector d with h(d) about that, shape (6,).
+    """
+    worst = np.empty(6)
+    return float(_least_support(centres, spreads, _RAYS if is_final else _RAYS[:12], worst)), worst
 
 
 def is_force_closure(contacts: Contacts) -> bool:
@@ -67,24 +81,24 @@ def wrench_sets(contacts: Contacts) -> tuple[Array, Array]:
     return G[:, :, 2].copy(), np.ascontiguousarray(spreads)
 
 
-def supports(contacts: Contacts, directions: Array) -> Array:
+def supports(centres: Array, spreads: Array, directions: Array) -> Array:
     """How far one newton at each contact reaches along unit directions of wrenches, shape (nc, directions).
 
     The least over the directions of the largest over the contacts is an upper bound of the margin.
 
     Args:
-        contacts: the contacts.
+        centres: g_i, shape (nc, 6).
+        spreads: B_i, shape (nc, 6, 3).
         directions: shape (directions, 6).
     """
-    centres, spreads = wrench_sets(contacts)
     reach = np.linalg.norm(np.einsum("irk,dr->idk", spreads, directions), axis=2)
     found: Array = centres @ directions.T + reach
     return found
 
 
 @compiled
-def _least_support(centres, spreads, starts):
-    """Least h(d) that rays from some starts come to, 0 if it is none."""
+def _least_support(centres, spreads, starts, worst):
+    """Least h(d) that rays from some starts come to, 0 if it is none; sets d, shape (6,)."""
     least = math.inf
     ray, normal, point = np.empty(6), np.empty(6), np.empty(6)
     basis, work, weights, change = np.empty((6, 6)), np.empty((6, 12)), np.empty(6), np.empty(6)
@@ -101,7 +115,10 @@ def _least_support(centres, spreads, starts):
             for r in range(6):
                 ray[r] = normal[r] / math.sqrt(size)
             reached = _support(centres, spreads, ray, point)
-            least = min(least, reached)
+            if reached < least:
+                least = reached
+                for r in range(6):
+                    worst[r] = ray[r]
             if reached < _CLOSED:
                 return 0.0
             if reached >= last * (1.0 - _NEAR):

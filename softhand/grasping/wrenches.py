@@ -56,12 +56,15 @@ def tangents(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors t_1, t_2 that make a right-handed frame (t_1, t_2, normal)."""
     x, y, z = normal.tolist()
     if abs(x) <= abs(y) and abs(x) <= abs(z):
-        first = np.array([0.0, -z, y]) / math.hypot(y, z)
+        size = math.hypot(y, z)
+        a, b, c = 0.0, -z / size, y / size
     elif abs(y) <= abs(z):
-        first = np.array([z, 0.0, -x]) / math.hypot(x, z)
+        size = math.hypot(x, z)
+        a, b, c = z / size, 0.0, -x / size
     else:
-        first = np.array([-y, x, 0.0]) / math.hypot(x, y)
-    return first, np.cross(normal, first)
+        size = math.hypot(x, y)
+        a, b, c = -y / size, x / size, 0.0
+    return np.array([a, b, c]), np.array([y * c - z * b, z * a - x * c, x * b - y * a])
 
 
 def grasp_matrix(contacts: Contacts, has_torsion: bool = True) -> Array:
@@ -75,12 +78,13 @@ def grasp_matrix(contacts: Contacts, has_torsion: bool = True) -> Array:
         Columns f_1, f_2, f_n [N] and with torsion tau [N m] of each contact along (t_1, t_2, n), n into the object, as
         wrenches on the object, [N] and [N m]; shape (6, 4 nc) or (6, 3 nc).
     """
-    columns = []
-    for by_force, normal in zip(np.hsplit(grasp_map(contacts.points), len(contacts)), contacts.normals, strict=True):
-        columns.append(by_force @ np.column_stack([*tangents(normal), normal]))
-        if has_torsion:
-            columns.append(np.concatenate([np.zeros(3), normal])[:, None])
-    return np.hstack(columns)
+    G, count = grasp_map(contacts.points).reshape(6, -1, 3), 4 if has_torsion else 3
+    axes = np.array([[*tangents(normal), normal] for normal in contacts.normals])
+    columns = np.zeros((6, len(contacts), count))
+    columns[..., :3] = np.einsum("rik,ifk->rif", G, axes)
+    if has_torsion:
+        columns[3:, :, 3] = contacts.normals.T
+    return columns.reshape(6, -1)
 
 
 def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
