@@ -58,6 +58,13 @@ def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.vo
     return np.array(rows, dtype=LINK), columns
 
 
+def tip_position(links: NDArray[np.void], angles: Array) -> Array:
+    """Origin of a finger frame F in the world [m], shape (3,); see `place_tip`."""
+    position = np.empty(3)
+    place_tip(links, angles, np.empty((3, 3)), position, np.empty((3, len(angles))), np.empty((2 * len(angles) + 6, 3)))
+    return position
+
+
 @compiled
 def work_rows(joints):
     """Rows of the scratch of `place_tip`."""

@@ -1,30 +1,29 @@
-"""Which places the fingers take together: those tried first whose force-closure margin could be the largest.
+"""Which places the fingers take together: those with the largest force-closure margin first.
 
-A bound of the margin, the least support of the corners of `primitive_wrenches` over many directions, costs a thousandth
-of the margin itself.
+The margin is the least of h(d), see `margin`, so that h(d) in any direction bounds it from above, and costs next to
+nothing. Where one combination is answered worst, most others are answered badly too: each direction that a margin is
+found in bounds all combinations, until the best of those that are known is beyond the bounds of all that are not.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.grasping.margin import supports, worst_wrench, wrench_sets
 from softhand.grasping.places import Place
 from softhand.grasping.situation import Situation
-from softhand.grasping.wrenches import Contacts, closure_margin, primitive_wrenches
 from softhand.numerics.arrays import Array
 
 Choice = tuple[Place, ...]
 """One place a finger."""
 
-_MOST = 30000  # combinations looked at
-_DIRECTIONS = 400
-_BATCH = 200  # combinations whose margin is found before the best of them are solved
-_BATCHES = 5
+_MOST = 100_000  # combinations looked at
+_MOST_MARGINS = 2000  # of them whose margin is found
 _CLOSED = 1e-6  # margin of a grasp worth solving
 
 
@@ -44,28 +43,34 @@ class Combinations:
     lengths: Array
     apart: float
 
-    def best_first(self, rng: np.random.Generator) -> Iterator[tuple[float, Choice]]:
-        """Share done and a combination, in batches of falling bounds, within each by falling margin."""
+    def best_first(self, rng: np.random.Generator) -> Iterator[Choice]:
+        """All combinations whose fingers keep apart, by falling margin; of very many, a random choice."""
         chosen = self._drawn(rng)
-        bounds = self._bounds(chosen)
-        order = np.argsort(-bounds, kind="stable")
-        order = order[bounds[order] > _CLOSED][: _BATCH * _BATCHES]
-        for begin in range(0, len(order), _BATCH):
-            batch: list[tuple[float, int, Choice]] = []
-            for row in order[begin : begin + _BATCH]:
-                choice = tuple(found[k] for found, k in zip(self.places, chosen[row], strict=True))
-                margin = closure_margin(self.contacts(choice))
-                if margin > _CLOSED:
-                    batch.append((margin, len(batch), choice))
-            batch.sort(key=lambda entry: (-entry[0], entry[1]))
-            for k, (_, _, choice) in enumerate(batch):
-                yield (begin + _BATCH * k / len(batch)) / len(order), choice
+        sets = [self.sets(tuple(found), [i] * len(found)) for i, found in enumerate(self.places)]
+        bounds, is_known, found = np.full(len(chosen), np.inf), np.zeros(len(chosen), bool), 0
+        while len(chosen) and found < _MOST_MARGINS:
+            best = int(np.argmax(bounds))
+            if bounds[best] <= _CLOSED:
+                return
+            choice = tuple(own[k] for own, k in zip(self.places, chosen[best], strict=True))
+            if is_known[best]:
+                bounds[best] = 0.0
+                yield choice
+                continue
+            margin, worst = self.margin(choice)
+            reached = [supports(*own, worst[None])[:, 0][chosen[:, i]] for i, own in enumerate(sets)]
+            np.minimum(bounds, np.max(reached, axis=0), out=bounds)
+            bounds[best], is_known[best], found = margin, True, found + 1
 
-    def contacts(self, choice: Sequence[Place], fingers: Sequence[int] | None = None) -> Contacts:
-        """Contacts in axes of the object, about its centre of mass; of the fingers in their order if not said."""
-        who = list(range(len(choice)) if fingers is None else fingers)
+    def margin(self, choice: Choice) -> tuple[float, Array]:
+        """Margin of a combination, and the wrench that it answers worst."""
+        return worst_wrench(*self.sets(choice))
+
+    def sets(self, choice: Choice, fingers: list[int] | None = None) -> tuple[Array, Array]:
+        """`wrench_sets` of places, of the fingers in their order if not said."""
+        who = list(range(len(choice))) if fingers is None else fingers
         points, normals = (np.array([getattr(place, name) for place in choice]) for name in ("point", "normal"))
-        return self.here.contacts(points, normals, self.lengths[who], who)
+        return wrench_sets(self.here.contacts(points, normals, self.lengths[who], who))
 
     def _drawn(self, rng: np.random.Generator) -> NDArray[np.int64]:
         """Indices of the places of each combination looked at whose fingers keep apart, shape (combinations, nc)."""
@@ -76,32 +81,17 @@ class Combinations:
         apart = np.ones(len(chosen), dtype=bool)
         for i in range(len(sizes)):
             for j in range(i + 1, len(sizes)):
-                apart &= self._keep_apart(i, j)[chosen[:, i], chosen[:, j]]
+                others = self.places[j]
+                clear = np.array([[self.keep_apart(one, other) for other in others] for one in self.places[i]])
+                apart &= clear[chosen[:, i], chosen[:, j]]
         return chosen[apart]
 
-    def _keep_apart(self, i: int, j: int) -> NDArray[np.bool_]:
-        """Which places of two fingers keep these apart, shape (places of i, places of j)."""
-        others = np.array([place.line for place in self.places[j]])
-        base = float(np.linalg.norm(self.places[i][0].line[0] - others[0, 0]))
-        least = min(self.apart, 0.99 * base)
-        return np.array(
-            [
-                np.linalg.norm(place.line[None, :, None] - others[:, None], axis=3).min(axis=(1, 2)) >= least
-                for place in self.places[i]
-            ]
-        )
+    def keep_apart(self, one: Place, other: Place) -> bool:
+        """Whether one finger at one place and another at another keep apart."""
+        base = np.linalg.norm(one.line[0] - other.line[0])
+        return bool(_between(one.line, other.line) >= min(self.apart, 0.99 * base))
 
-    def _bounds(self, chosen: NDArray[np.int64]) -> Array:
-        """Upper bounds of the margins: the least support over some directions of the space of wrenches."""
-        directions = np.random.default_rng(0).normal(size=(_DIRECTIONS, 6))
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        supports = []
-        for i, found in enumerate(self.places):
-            corners = primitive_wrenches(self.contacts(found, [i] * len(found)))
-            supports.append(np.max(corners @ directions.T, axis=1))
-        bounds = np.empty(len(chosen))
-        for begin in range(0, len(chosen), 4096):
-            rows = chosen[begin : begin + 4096]
-            best = np.max([support[rows[:, i]] for i, support in enumerate(supports)], axis=0)
-            bounds[begin : begin + 4096] = best.min(axis=1)
-        return bounds
+
+def _between(one: Array, other: Array) -> float:
+    """Least distance of two lines of points [m]."""
+    return float(np.sqrt(np.min(np.sum((one[:, None] - other[None]) ** 2, axis=2))))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from softhand.grasping.chains import finger_chain
+from softhand.grasping.chains import finger_chain, tip_position
 from softhand.grasping.inverse import approach
 from softhand.grasping.situation import Situation, skeleton
 from softhand.grasping.wrenches import tangents
@@ -73,33 +74,38 @@ class PlaceFinder:
         self.surface = [
             (point, normal)
             for point, normal in zip(*here.shape.surface_points(points), strict=True)
-            if self._has_room(point, normal)
+            if self.has_room(point, normal)
         ]
         self._spacing = 2.0 * _nearest_gap(np.array([point for point, _ in self.surface]))
         self._arm, self._slides = Arm(world), slides_of(world)
-        lower, upper = world.position_limits
+        self._chains = [finger_chain(world, i, self.start) for i in range(world.n_tips)]
+        self._limits = lower, upper = world.position_limits
         self.reserve = np.where(self._slides, TRAVEL * (upper - lower), RESERVE)
 
     def places(self, finger: int) -> list[Place]:
         """The points of the surface that a finger reaches well, once each."""
         found: list[Place] = []
         for point, normal in self.surface:
-            place = self.place(finger, point, normal)
+            place = self._place(finger, point, normal, None)
             if place is not None and all(np.linalg.norm(place.point - other.point) > 1e-6 for other in found):
                 found.append(place)
         return found
 
-    def place(self, finger: int, point: Array, normal: Array, guess: Array | None = None) -> Place | None:
+    def place(self, finger: int, point: Array, normal: Array, guess: Array) -> Place | None:
         """A finger at a point of the surface, or at the nearest that it reaches; None if it does not reach it well.
 
         Args:
             finger: index of it.
             point: in the object frame [m].
             normal: outward there.
-            guess: angles of the finger's own joints from which it gets there; from several starts if not given.
+            guess: angles of the finger's own joints from which it gets there [rad or m].
         """
-        columns = list(finger_chain(self.here.world, finger, self.start)[1])
-        lower, upper = (limit[columns] for limit in self.here.world.position_limits)
+        return self._place(finger, point, normal, guess) if self.has_room(point, normal) else None
+
+    def _place(self, finger: int, point: Array, normal: Array, guess: Array | None) -> Place | None:
+        """`place` where there is room around the point, from several starts if there is no guess."""
+        columns = self._chains[finger][1]
+        lower, upper = (limit[columns] for limit in self._limits)
         low, high = lower + self.reserve[columns], upper - self.reserve[columns]
         starts = [np.clip(self.start[columns] if guess is None else guess, low, high)]
         if guess is None:
@@ -114,40 +120,39 @@ class PlaceFinder:
     def _from(
         self, finger: int, point: Array, normal: Array, angles: Array, limits: tuple[Array, Array]
     ) -> Place | None:
-        """`place` from one start; sets `angles`."""
+        """`_place` from one start; sets `angles`."""
         here, axes = self.here, np.empty((3, 3))
-        links, columns = finger_chain(here.world, finger, self.start)
+        links, columns = self._chains[finger]
         law, at, n = here.materials[finger].law, point, normal
         for _ in range(_NEARER):
             centre = here.to_world(at + (law.radius - self.depths[finger]) * n)
             gap = approach(links, centre, angles, *limits, axes)
             if gap < REACHED or gap > self._spacing:
                 break
-            moved, n = here.shape.nearest(here.to_object(self._tip(finger, columns, angles)))
+            moved, n = here.shape.nearest(here.to_object(tip_position(links, angles)))
             if np.linalg.norm(moved - at) < 1e-13:
                 break
             at = moved
-        if gap > REACHED or (at is not point and not self._has_room(at, n)):
+        if gap > REACHED or (at is not point and not self.has_room(at, n)):
             return None
         Phi = math.asin(min(max(float(-axes[:, 0] @ (here.rotation @ n)), -1.0), 1.0))
         lowest, highest = (math.radians(limit) for limit in law.Phi_range)
         if not max(PHI[0], lowest) <= Phi <= (min(PHI[1], highest) if law.coordinates == "polar" else highest):
             return None
-        self._tip(finger, columns, angles)
+        all_angles = self.start.copy()
+        all_angles[columns] = angles
+        self._arm.move(all_angles)
         joints = skeleton(here.world, self._arm, finger)[-len(columns) - 1 :]
         line = _along(joints)
         if self._is_overstretched(joints, columns) or not self._is_clear(line):
             return None
         return Place(at, n, angles, line)
 
-    def _tip(self, finger: int, columns: list[int], angles: Array) -> Array:
-        """Centre of a tip in the world [m], the other fingers at their start."""
-        all_angles = self.start.copy()
-        all_angles[columns] = angles
-        self._arm.move(all_angles)
-        return self._arm.tip(finger)[0]
+    def is_new(self, points: Array, others: Sequence[Array]) -> bool:
+        """Whether one of some contact points lies a radius of the tip away from that of each of the others."""
+        return all(bool(np.any(np.linalg.norm(points - other, axis=1) >= self.radius)) for other in others)
 
-    def _has_room(self, point: Array, normal: Array) -> bool:
+    def has_room(self, point: Array, normal: Array) -> bool:
         """Whether the surface goes on around a point by as far as the pressed tip spreads."""
         spread = self._spread
         first, second = tangents(normal)

@@ -1,8 +1,8 @@
 """Grasps proposed: contact points that the fingers of a hand reach and from which they hold the object.
 
-The surface is sampled, each finger keeps the points that it reaches (`places`), and of their combinations those that
-promise the largest force-closure margin are tried first (`combinations`). A proposal has been solved as a grasp at
-rest.
+The surface is sampled, each finger keeps the points that it reaches (`places`), and from the combinations with the
+largest force-closure margin (`combinations`) the contacts are moved on along the surface (`refinement`). A proposal has
+been solved as a grasp at rest.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from softhand.grasping.combinations import Choice, Combinations
 from softhand.grasping.places import PRESSING, Place, PlaceFinder
 from softhand.grasping.quality import GraspQuality, quality_in
 from softhand.grasping.quality_rows import least_reserve
+from softhand.grasping.refinement import refine
 from softhand.grasping.situation import Situation, situation_of
 from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
@@ -31,6 +32,8 @@ USE = 0.7
 TORQUE_USE = 0.8
 """Largest share of an effort limit."""
 
+_FEW = 5  # of the best combinations that are refined, if fewer proposals are asked for
+_MOST_TRIED = 100  # combinations that are solved
 _DIGITS = 9  # of a contact point [m]: on its face, and two points in balance, to rounding
 
 
@@ -39,8 +42,8 @@ class Proposal(Record):
     """A grasp at rest that was found.
 
     Attributes:
-        scenario: the one asked for, with this grasp.
-        quality: its figures.
+        scenario: the one asked for, with this grasp; its fingers start open if they did.
+        quality: its figures, with the fingers closed.
     """
 
     units: ClassVar = {"contact_points": "m", "internal_force": "N", "joint_guess": "rad, m of slides", "margin": "N/N"}
@@ -61,8 +64,8 @@ class Proposal(Record):
 
     @property
     def internal_force(self) -> Array:
-        """f_N at the start [N], shape (pairs,)."""
-        return np.array(self.scenario.grasp.internal_force)
+        """The least f_N that keep the conditions [N], shape (pairs,)."""
+        return self.quality.internal_force
 
     @property
     def joint_guess(self) -> Array:
@@ -71,11 +74,16 @@ class Proposal(Record):
 
     def section(self) -> str:
         """The section [grasp] of a scenario file."""
+        grasp = self.scenario.grasp
         points = "".join(f"    [{', '.join(map(_short, point))}],\n" for point in self.contact_points)
-        forces, guess = (", ".join(map(_short, values)) for values in (self.internal_force, self.joint_guess))
+        start, least, guess = (
+            ", ".join(map(_short, values)) for values in (grasp.internal_force, self.internal_force, self.joint_guess)
+        )
+        note = f", open; least once it is closed: {least}" if grasp.opening else ", at the start"
+        opening = f"opening = {_short(grasp.opening)}  # [m]\n" if grasp.opening else ""
         return (
-            f"[grasp]\ncontact_points = [  # [m], object frame, one a fingertip\n{points}]\n"
-            f"internal_force = [{forces}]  # [N], at the start\njoint_guess = [{guess}]  # [rad or m]\n"
+            f"[grasp]\ncontact_points = [  # [m], object frame, one a fingertip\n{points}]\n{opening}"
+            f"internal_force = [{start}]  # [N]{note}\njoint_guess = [{guess}]  # [rad or m]\n"
         )
 
 
@@ -153,18 +161,24 @@ def propose_grasps(
     places = []
     for i in range(world.n_tips):
         places.append(finder.places(i))
-        report(0.5 * (i + 1) / world.n_tips)
+        report(0.3 * (i + 1) / world.n_tips)
     _check_reach(world, places, len(finder.surface))
     lengths = [tip.torsion_length(depth) for tip, depth in zip(here.materials, finder.depths, strict=True)]
-    solver = _Solver(here, finder)
-    found: list[Proposal] = []
     combinations = Combinations(here, places, np.array(lengths), 2.0 * finder.radius)
-    for done, choice in combinations.best_first(np.random.default_rng(seed)):
-        report(0.5 + 0.5 * done)
-        proposal = solver.solve(choice) if solver.is_new([place.point for place in choice], found) else None
-        if proposal is not None and solver.is_new(proposal.contact_points, found):
-            found.append(proposal)
-        if len(found) == count:
+    solver, wanted = _Solver(here, finder), max(count, _FEW)
+    tried: list[Array] = []
+    found: list[Proposal] = []
+    for choice in combinations.best_first(np.random.default_rng(seed)):
+        points_of = np.array([place.point for place in choice])
+        if not finder.is_new(points_of, [*tried, *(one.contact_points for one in found)]):
+            continue
+        tried.append(points_of)
+        solved = (solver.solve(one) for one in (refine(choice, combinations, finder), choice))
+        known = [one.contact_points for one in found]
+        new = (one for one in solved if one is not None and finder.is_new(one.contact_points, known))
+        found += [one for one in [next(new, None)] if one is not None]
+        report(0.3 + 0.7 * len(found) / wanted)
+        if len(found) == wanted or len(tried) == _MOST_TRIED:
             break
     report(1.0)
     if not found:
@@ -174,7 +188,7 @@ def propose_grasps(
             "more points.",
             finger="", quantity="margin", value=0.0,
         )  # fmt: skip
-    return Proposals(tuple(sorted(found, key=lambda proposal: -proposal.margin)))
+    return Proposals(tuple(sorted(found, key=lambda proposal: -proposal.margin)[:count]))
 
 
 def _check_reach(world: World, places: list[list[Place]], tried: int) -> None:
@@ -208,14 +222,16 @@ class _Solver:
         guess = self._finder.start.copy()
         for i, place in enumerate(balanced):
             guess[own_columns(here.world, i)] = place.angles
-        grasp = {
-            "contact_points": points.tolist(),
-            "internal_force": (np.sign(forces) * np.ceil(1000.0 * np.abs(forces) - 1e-6) / 1000.0).tolist(),
-            "joint_guess": np.round(guess, 4).tolist(),
-        }
-        scenario = here.scenario.with_values({f"grasp.{key}": value for key, value in grasp.items()})
-        quality = quality_in(here.world, scenario)
-        return Proposal(scenario, quality) if self._is_good(quality) else None
+        grasp = {"grasp.contact_points": points.tolist(), "grasp.joint_guess": np.round(guess, 4).tolist()}
+        squeezed = (np.sign(forces) * np.ceil(1000.0 * np.abs(forces) - 1e-6) / 1000.0).tolist()
+        closed = here.scenario.with_values({**grasp, "grasp.internal_force": squeezed, "grasp.opening": 0.0})
+        quality = quality_in(here.world, closed)
+        if not self._is_good(quality):
+            return None
+        if not here.scenario.grasp.opening:
+            return Proposal(closed, quality)
+        scenario = here.scenario.with_values(grasp)
+        return Proposal(scenario, quality) if quality_in(here.world, scenario).refusal is None else None
 
     def _is_good(self, quality: GraspQuality) -> bool:
         """Whether a grasp is at rest, closed, and away from the limits of its joints."""
@@ -249,11 +265,6 @@ class _Solver:
             for i, (point, normal, place) in enumerate(zip(points, normals, choice, strict=True))
         )
         return None if one is None or other is None else (one, other)
-
-    def is_new(self, points: Sequence[Array] | Array, found: Sequence[Proposal]) -> bool:
-        """Whether a contact lies a radius of the tip away from that of each proposal."""
-        away = (np.linalg.norm(np.array(points) - other.contact_points, axis=1) for other in found)
-        return all(bool(np.any(distances >= self._finder.radius)) for distances in away)
 
 
 def _short(value: float) -> str:

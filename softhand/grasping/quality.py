@@ -11,10 +11,11 @@ from softhand.assembly.plant import read_world
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
 from softhand.grasping.finger_quality import FingerQuality, judge_finger
+from softhand.grasping.margin import closure_margin
 from softhand.grasping.posture import Posture, find_posture
 from softhand.grasping.quality_rows import finger_rows, numbers
 from softhand.grasping.situation import Situation, situation_of, skeleton
-from softhand.grasping.wrenches import Contacts, closure_margin, singular_values
+from softhand.grasping.wrenches import Contacts, singular_values
 from softhand.model.arm import Arm
 from softhand.model.shapes.shape import Shape
 from softhand.model.world import World

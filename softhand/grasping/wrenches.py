@@ -1,11 +1,9 @@
-"""What contacts can do to an object: grasp map, force closure and its margin, the least squeeze.
+"""What contacts can do to an object: their grasp matrix, and the least squeeze with which they hold.
 
 A wrench is a force and a moment about one point, the origin of the `Contacts`. Forces and moments are compared by one
 length L: a moment M counts as the force M / L. All that is said here is the same for an object twice as large, if L is.
 
-Sources: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation (1994), chapter 5; Ferrari, Canny,
-Planning Optimal Grasps, ICRA 1992; Howe, Cutkosky, Practical Force-Motion Models for Sliding Manipulation (1996), for
-the limit surface of a soft finger.
+Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation (1994), chapter 5.
 """
 
 from __future__ import annotations
@@ -20,10 +18,6 @@ from softhand.contact.grasp_map import grasp_map
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 
-EDGES = 8
-"""Of the linearised friction cone; inscribed, so that the margin is on the safe side by up to 8 %."""
-
-_ROUNDING = 1e-9
 _MOST_CUTS = 60
 
 
@@ -62,12 +56,15 @@ def tangents(normal: Array) -> tuple[Array, Array]:
     """Two unit vectors t_1, t_2 that make a right-handed frame (t_1, t_2, normal)."""
     x, y, z = normal.tolist()
     if abs(x) <= abs(y) and abs(x) <= abs(z):
-        first = np.array([0.0, -z, y]) / math.hypot(y, z)
+        size = math.hypot(y, z)
+        a, b, c = 0.0, -z / size, y / size
     elif abs(y) <= abs(z):
-        first = np.array([z, 0.0, -x]) / math.hypot(x, z)
+        size = math.hypot(x, z)
+        a, b, c = z / size, 0.0, -x / size
     else:
-        first = np.array([-y, x, 0.0]) / math.hypot(x, y)
-    return first, np.cross(normal, first)
+        size = math.hypot(x, y)
+        a, b, c = -y / size, x / size, 0.0
+    return np.array([a, b, c]), np.array([y * c - z * b, z * a - x * c, x * b - y * a])
 
 
 def grasp_matrix(contacts: Contacts, has_torsion: bool = True) -> Array:
@@ -81,12 +78,13 @@ def grasp_matrix(contacts: Contacts, has_torsion: bool = True) -> Array:
         Columns f_1, f_2, f_n [N] and with torsion tau [N m] of each contact along (t_1, t_2, n), n into the object, as
         wrenches on the object, [N] and [N m]; shape (6, 4 nc) or (6, 3 nc).
     """
-    columns = []
-    for by_force, normal in zip(np.hsplit(grasp_map(contacts.points), len(contacts)), contacts.normals, strict=True):
-        columns.append(by_force @ np.column_stack([*tangents(normal), normal]))
-        if has_torsion:
-            columns.append(np.concatenate([np.zeros(3), normal])[:, None])
-    return np.hstack(columns)
+    G, count = grasp_map(contacts.points).reshape(6, -1, 3), 4 if has_torsion else 3
+    axes = np.array([[*tangents(normal), normal] for normal in contacts.normals])
+    columns = np.zeros((6, len(contacts), count))
+    columns[..., :3] = np.einsum("rik,ifk->rif", G, axes)
+    if has_torsion:
+        columns[3:, :, 3] = contacts.normals.T
+    return columns.reshape(6, -1)
 
 
 def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
@@ -101,59 +99,6 @@ def singular_values(contacts: Contacts, has_torsion: bool = True) -> Array:
         G[:, 3::4] *= contacts.length
     values = np.linalg.svd(G, compute_uv=False)
     return np.concatenate([values, np.zeros(6 - len(values))])
-
-
-def primitive_wrenches(contacts: Contacts, edges: int = EDGES) -> Array:
-    """Corners of what one newton of normal force can do at each contact, moments over L.
-
-        f = n + mu (cos a t_1 + sin a t_2),  a = 2 pi k / edges,   and for a soft finger  f = n with tau = +-mu l
-
-    inscribed in the cone and in the limit surface (|f_t| / (mu f_n))^2 + (tau / (mu l f_n))^2 = 1, where
-    l = tau_max / (mu f_n).
-
-    Returns:
-        [N], shape (contacts, corners, 6) by contact, the corners of a hard finger filled up with its normal.
-    """
-    angles = 2.0 * np.pi * np.arange(edges) / edges
-    pushed = np.column_stack([np.cos(angles), np.sin(angles), np.ones(edges), np.zeros(edges)])
-    turned = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, -1.0]])
-    mu, reach = contacts.friction, contacts.torsion_length
-    scale = np.column_stack([mu, mu, np.ones(len(mu)), mu * reach])
-    forces = np.vstack([pushed, turned]) * scale[:, None]
-    wrenches = np.einsum("rcf,ckf->ckr", grasp_matrix(contacts).reshape(6, len(mu), 4), forces)
-    wrenches[..., 3:] /= contacts.length
-    return wrenches
-
-
-def closure_margin(contacts: Contacts, edges: int = EDGES) -> float:
-    """Margin of force closure: radius of the largest ball about zero in the hull of what the contacts can do.
-
-    The quality of [Ferrari, Canny] for a total normal force of one newton (their L1): the hull of all corners of
-    `primitive_wrenches`. It is the size of the worst wrench that the grasp answers with one newton of normal force in
-    all; zero where some wrench cannot be answered at all, however hard the squeeze.
-
-    Args:
-        contacts: the contacts.
-        edges: of each friction cone.
-
-    Returns:
-        [N] a newton; moments count over L.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    corners = primitive_wrenches(contacts, edges).reshape(-1, 6)
-    if np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=_ROUNDING) < 6:
-        return 0.0  # a flat hull holds no ball
-    try:
-        hull = ConvexHull(corners)
-    except QhullError:  # flat but for rounding
-        return 0.0
-    return max(0.0, float(np.min(-hull.equations[:, -1])))
-
-
-def is_force_closure(contacts: Contacts, edges: int = EDGES) -> bool:
-    """Whether any wrench can be answered: zero lies inside the hull of `primitive_wrenches`."""
-    return closure_margin(contacts, edges) > _ROUNDING
 
 
 def least_squeeze(

@@ -1,0 +1,239 @@
+"""Force closure and its margin: the largest ball about zero in what one newton of normal force can do.
+
+One newton at contact i makes the wrenches g_i + B_i u with |u| <= 1: the normal force, and on top of it all forces and
+torsions inside the limit surface (|f_t| / mu)^2 + (tau / (mu l))^2 <= 1. Shared by the contacts at will it makes their
+convex hull W, whose support in a direction d is
+
+    h(d) = max_i (g_i . d + |B_i^T d|)
+
+and the margin is the least h over all unit d: no facets stand for round cones.
+
+It is found by shooting rays. The ray c leaves W where the largest t with t c in W is, a linear program whose columns,
+the support points, are made as they are wanted; its dual is the normal d of W there. The ray along that normal leaves W
+no further out, and so on, down to a point of W that is nearest to zero among its neighbours. Several first rays find
+the nearest of all; the tests hold it against hulls.
+
+Sources: Ferrari, Canny, Planning Optimal Grasps, ICRA 1992; Howe, Cutkosky, Practical Force-Motion Models for Sliding
+Manipulation (1996), for the limit surface of a soft finger.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from softhand.grasping.wrenches import Contacts, grasp_matrix
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
+
+_CLOSED = 1e-7  # [N/N] least margin that is told from none
+_RAYS = np.vstack([np.eye(6), -np.eye(6), np.random.default_rng(0).normal(size=(20, 6))])
+_NEAR = 1e-4  # share by which one more ray must improve the margin
+_MET = 1e-3  # share by which W may reach beyond the plane of a ray
+_MOST_RAYS = 40
+_MOST_COLUMNS = 400
+_SEED = 1e-8  # size of a simplex about zero from which a ray starts
+
+
+def closure_margin(contacts: Contacts) -> float:
+    """Margin of force closure: radius of the largest ball about zero in the hull of what the contacts can do.
+
+    The quality of [Ferrari, Canny] for a total normal force of one newton (their L1), with round friction cones and
+    elliptic limit surfaces [Howe, Cutkosky]. It is the size of the worst wrench that the grasp answers with one newton
+    of normal force in all; zero where some wrench cannot be answered at all, however hard the squeeze.
+
+    Args:
+        contacts: the contacts.
+
+    Returns:
+        [N] a newton, to a thousandth; moments count over L.
+    """
+    return worst_wrench(*wrench_sets(contacts), is_final=True)[0]
+
+
+def worst_wrench(centres: Array, spreads: Array, is_final: bool = False) -> tuple[float, Array]:
+    """The margin, and the direction of the wrench that is answered worst.
+
+    Args:
+        centres: g_i, shape (nc, 6).
+        spreads: B_i, shape (nc, 6, 3).
+        is_final: with rays beside those along the axes, which of a thousand grasps hardly one needs.
+
+    Returns:
+        The margin as in `closure_margin`, and the unit vector d with h(d) about that, shape (6,).
+    """
+    worst = np.empty(6)
+    return float(_least_support(centres, spreads, _RAYS if is_final else _RAYS[:12], worst)), worst
+
+
+def is_force_closure(contacts: Contacts) -> bool:
+    """Whether any wrench can be answered: zero lies inside of what the contacts can do."""
+    return closure_margin(contacts) > 0.0
+
+
+def wrench_sets(contacts: Contacts) -> tuple[Array, Array]:
+    """g_i and B_i of each contact, moments over L: shapes (nc, 6) and (nc, 6, 3)."""
+    G = grasp_matrix(contacts).reshape(6, len(contacts), 4).transpose(1, 0, 2).copy()
+    G[:, 3:] /= contacts.length
+    mu = contacts.friction
+    spreads = G[:, :, [0, 1, 3]] * np.column_stack([mu, mu, mu * contacts.torsion_length])[:, None]
+    return G[:, :, 2].copy(), np.ascontiguousarray(spreads)
+
+
+def supports(centres: Array, spreads: Array, directions: Array) -> Array:
+    """How far one newton at each contact reaches along unit directions of wrenches, shape (nc, directions).
+
+    The least over the directions of the largest over the contacts is an upper bound of the margin.
+
+    Args:
+        centres: g_i, shape (nc, 6).
+        spreads: B_i, shape (nc, 6, 3).
+        directions: shape (directions, 6).
+    """
+    reach = np.linalg.norm(np.einsum("irk,dr->idk", spreads, directions), axis=2)
+    found: Array = centres @ directions.T + reach
+    return found
+
+
+@compiled
+def _least_support(centres, spreads, starts, worst):
+    """Least h(d) that rays from some starts come to, 0 if it is none; sets d, shape (6,)."""
+    least = math.inf
+    ray, normal, point = np.empty(6), np.empty(6), np.empty(6)
+    basis, work, weights, change = np.empty((6, 6)), np.empty((6, 12)), np.empty(6), np.empty(6)
+    for i in range(starts.shape[0]):
+        ray[:] = starts[i]
+        last = math.inf
+        for turn in range(_MOST_RAYS):
+            for r in range(6):  # off the symmetries of a grasp, where planes meet in more than six points
+                ray[r] += 1e-7 * math.sin(1.0 + 3.0 * r + turn)
+            _shoot(centres, spreads, ray, normal, point, basis, work, weights, change)
+            size = 0.0
+            for r in range(6):
+                size += normal[r] * normal[r]
+            for r in range(6):
+                ray[r] = normal[r] / math.sqrt(size)
+            reached = _support(centres, spreads, ray, point)
+            if reached < least:
+                least = reached
+                for r in range(6):
+                    worst[r] = ray[r]
+            if reached < _CLOSED:
+                return 0.0
+            if reached >= last * (1.0 - _NEAR):
+                break
+            last = reached
+    return least
+
+
+@compiled
+def _shoot(centres, spreads, ray, normal, point, basis, work, weights, change):
+    """Where a ray leaves W: six points of W that span the plane there, and its normal.
+
+        max t,   t c = sum w_k p_k,   w_k >= 0,   sum w_k = 1
+
+    by the simplex method. It starts from points about zero, which are in W if the margin is above their size; if it is
+    not, they stay in the basis, and h of the normal is not above it either.
+
+    Args:
+        centres: g_i, shape (nc, 6).
+        spreads: B_i, shape (nc, 6, 3).
+        ray: c, shape (6,).
+        normal: of the plane, normal . p_k = 1, set, shape (6,).
+        point: scratch, shape (6,).
+        basis: p_k as columns, scratch, shape (6, 6).
+        work: scratch, shape (6, 12).
+        weights: w_k / t, scratch, shape (6,).
+        change: scratch, shape (6,).
+    """
+    for k in range(6):
+        for r in range(6):
+            basis[r, k] = 0.0
+        basis[k, k] = _SEED if ray[k] >= 0.0 else -_SEED
+    for _ in range(_MOST_COLUMNS):
+        if not _invert(basis, work):
+            break
+        # weights of the ray in the basis, and the plane through its points
+        for k in range(6):
+            weights[k], normal[k] = 0.0, 0.0
+            for r in range(6):
+                weights[k] += work[k, 6 + r] * ray[r]
+                normal[k] += work[r, 6 + k]
+        # the point of W furthest beyond that plane comes in
+        if _support(centres, spreads, normal, point) <= 1.0 + _MET:
+            break
+        largest = 0.0
+        for k in range(6):
+            change[k] = 0.0
+            for r in range(6):
+                change[k] += work[k, 6 + r] * point[r]
+            largest = max(largest, abs(change[k]))
+        # and that goes out whose weight is the first to vanish
+        out, least = -1, math.inf
+        for k in range(6):
+            if change[k] > 1e-9 * largest and max(weights[k], 0.0) / change[k] < least:
+                out, least = k, max(weights[k], 0.0) / change[k]
+        if out < 0:
+            break
+        for r in range(6):
+            basis[r, out] = point[r]
+
+
+@compiled
+def _support(centres, spreads, direction, point):
+    """h(d), and the point of W that is furthest along d, set, shape (6,)."""
+    most, which = -math.inf, 0
+    for i in range(centres.shape[0]):
+        along, square = 0.0, 0.0
+        for r in range(6):
+            along += centres[i, r] * direction[r]
+        for k in range(3):
+            part = 0.0
+            for r in range(6):
+                part += spreads[i, r, k] * direction[r]
+            square += part * part
+        if along + math.sqrt(square) > most:
+            most, which = along + math.sqrt(square), i
+    # g + B B^T d / |B^T d|
+    square = 0.0
+    for r in range(6):
+        point[r] = centres[which, r]
+    for k in range(3):
+        part = 0.0
+        for r in range(6):
+            part += spreads[which, r, k] * direction[r]
+        square += part * part
+    for k in range(3):
+        part = 0.0
+        for r in range(6):
+            part += spreads[which, r, k] * direction[r]
+        for r in range(6):
+            point[r] += spreads[which, r, k] * part / math.sqrt(square) if square > 0.0 else 0.0
+    return most
+
+
+@compiled
+def _invert(A, work):
+    """A^-1 into the last columns of `work`, by elimination with pivots; False if A is singular."""
+    for i in range(6):
+        for j in range(6):
+            work[i, j], work[i, 6 + j] = A[i, j], 1.0 if i == j else 0.0
+    for k in range(6):
+        pivot = k
+        for i in range(k + 1, 6):
+            if abs(work[i, k]) > abs(work[pivot, k]):
+                pivot = i
+        if abs(work[pivot, k]) < 1e-13:
+            return False
+        for j in range(12):
+            work[k, j], work[pivot, j] = work[pivot, j], work[k, j]
+        factor = 1.0 / work[k, k]
+        for j in range(12):
+            work[k, j] *= factor
+        for i in range(6):
+            if i != k and work[i, k] != 0.0:
+                factor = work[i, k]
+                for j in range(12):
+                    work[i, j] -= factor * work[k, j]
+    return True

@@ -1,0 +1,167 @@
+"""Force closure and its margin: against hand calculation, hulls that close in on it, and linear programs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+from test_wrenches import opposite, ring_of, turned
+
+from softhand.grasping.margin import closure_margin, is_force_closure, supports, wrench_sets
+from softhand.grasping.quality import grasp_quality
+from softhand.grasping.wrenches import Contacts
+from softhand.scenario.scenario import load_scenario
+
+
+def any_contacts(seed: int) -> Contacts:
+    """Two to five soft fingers in general position, each with a friction and a torsion of its own."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 6))
+    points = rng.normal(size=(count, 3))
+    if count == 2:
+        points[1] = -points[0] + 0.2 * rng.normal(size=3)
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    normals = -points + 0.4 * rng.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    points *= rng.uniform(0.015, 0.05, (count, 1))
+    return Contacts(points, normals, rng.uniform(0.3, 1.2, count), rng.uniform(0.0005, 0.01, count), 0.025)
+
+
+def points_on(contacts: Contacts, directions: np.ndarray) -> np.ndarray:
+    """What each contact can do at most along some directions of its own forces and torsion, shape (points, 6)."""
+    centres, spreads = wrench_sets(contacts)
+    return (centres[:, None] + np.einsum("irk,dk->idr", spreads, directions)).reshape(-1, 6)
+
+
+def margin_by_hulls(contacts: Contacts) -> tuple[float, float]:
+    """Two bounds of the margin 0.8 % apart: a hull of points, with more of them where it is nearest to zero.
+
+    No facet of the hull is further out than what it stands for, and no support along a normal is less than the margin.
+    """
+    centres, spreads = wrench_sets(contacts)
+    points, least = points_on(contacts, np.vstack([np.eye(3), -np.eye(3)])), math.inf
+    for _ in range(60):
+        hull = ConvexHull(points, qhull_options="QJ")
+        nearest = np.argsort(-hull.equations[:, -1])[:60]
+        normals, offsets = hull.equations[nearest, :-1], -hull.equations[nearest, -1]
+        least = min(least, float(supports(centres, spreads, normals).max(axis=0).min()))
+        if least < 1e-7:
+            return 0.0, 0.0
+        if offsets[0] > 0.992 * least:
+            return float(offsets[0]), least
+        for normal in normals[offsets < 0.992 * least][:15]:
+            i = int(np.argmax(centres @ normal + np.linalg.norm(np.einsum("irk,r->ik", spreads, normal), axis=1)))
+            along = spreads[i].T @ normal
+            points = np.vstack([points, centres[i] + spreads[i] @ along / np.linalg.norm(along)])
+    raise AssertionError("the hulls do not close in")
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_margin_is_that_of_ever_finer_hulls(seed: int) -> None:
+    """In general position, to one per cent, for grasps with and without force closure."""
+    below, above = margin_by_hulls(any_contacts(seed))
+    margin = closure_margin(any_contacts(seed))
+    assert below * 0.999 <= margin <= above * 1.002
+    assert (margin == 0.0) == (above == 0.0)
+
+
+def test_both_kinds_are_among_them() -> None:
+    """Grasps that close and grasps that do not."""
+    closed = [closure_margin(any_contacts(seed)) > 0.0 for seed in range(12)]
+    assert 3 < sum(closed) < 11
+
+
+@pytest.mark.parametrize("name", ["target-a", "can", "prism", "ball", "pinch", "gripper", "grasp-and-lift"])
+def test_the_margin_of_what_ships_is_that_of_hulls(name: str) -> None:
+    """Symmetric grasps too, in which many contacts meet one plane of the hull."""
+    contacts = grasp_quality(load_scenario(name)).contacts
+    below, above = margin_by_hulls(contacts)
+    assert 0.0 < below * 0.999 <= closure_margin(contacts) <= above * 1.002
+
+
+def test_the_margin_of_target_a() -> None:
+    """With the true limit surface; the bipyramid inside of it would give 0.0578."""
+    assert closure_margin(grasp_quality(load_scenario("target-a")).contacts) == pytest.approx(0.0693, abs=1e-4)
+
+
+@pytest.mark.parametrize(("half", "reach"), [(0.03, 0.004), (0.01, 0.004), (0.03, 0.02), (0.002, 0.004)])
+@pytest.mark.parametrize("mu", [0.2, 0.8])
+def test_margin_of_two_opposite_fingers(half: float, reach: float, mu: float) -> None:
+    """The least of mu l / L, of the torsion about their line, and mu / sqrt(1 + mu^2 + (L / a)^2).
+
+    The latter is along (mu, 1, L / a) in force along the line, force across it and moment about the third axis: there
+    the friction of one finger counts twice, that of the other not at all, and their pressures make up for it.
+    """
+    length = 0.025
+    expected = min(mu * reach / length, mu / math.sqrt(1.0 + mu**2 + (length / half) ** 2))
+    assert closure_margin(opposite(half, mu, reach, length)) == pytest.approx(expected, rel=2e-3)
+
+
+def test_two_hard_fingers_do_not_close() -> None:
+    """Without torsion nothing answers a moment about their line."""
+    assert closure_margin(opposite(reach=0.0)) == 0.0
+    assert not is_force_closure(opposite(reach=0.0)) and is_force_closure(opposite())
+
+
+def test_three_hard_fingers_close() -> None:
+    """Flat limit surfaces, without torsion, are none the less met."""
+    contacts = ring_of(3, reach=0.0)
+    below, above = margin_by_hulls(contacts)
+    assert 0.1 < below * 0.999 <= closure_margin(contacts) <= above * 1.002
+
+
+def test_fingers_on_one_side_do_not_close() -> None:
+    """Three soft fingers that push the same way answer no pull along it."""
+    points = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.0, 0.02, 0.0]])
+    contacts = Contacts(points, np.tile([0.0, 0.0, 1.0], (3, 1)), np.full(3, 0.9), np.full(3, 0.005), 0.02)
+    assert closure_margin(contacts) == 0.0
+
+
+@pytest.mark.parametrize(("apart", "closes"), [(30.0, True), (39.0, True), (41.0, False), (60.0, False)])
+def test_two_soft_fingers_close_inside_each_others_cones(apart: float, closes: bool) -> None:
+    """Nguyen's condition: the line between the contacts lies inside both cones; faces at 40 deg to each other are the
+    border with mu = tan 20 deg."""
+    half = math.radians(apart / 2.0)
+    points = np.array([[0.03, 0.0, 0.0], [-0.03, 0.0, 0.0]])
+    normals = np.array([[-math.cos(half), 0.0, math.sin(half)], [math.cos(half), 0.0, math.sin(half)]])
+    contacts = Contacts(points, normals, np.full(2, math.tan(math.radians(20.0))), np.full(2, 0.005), 0.03)
+    assert is_force_closure(contacts) is closes
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_removing_a_finger_lowers_the_margin(count: int) -> None:
+    """Less can do less."""
+    contacts = ring_of(count)
+    for index in range(count):
+        assert closure_margin(contacts.without(index)) < closure_margin(contacts)
+
+
+def test_the_margin_has_no_scale_and_no_direction() -> None:
+    """All lengths three times as long, or everything turned: the same margin."""
+    contacts = any_contacts(3)
+    margin = closure_margin(contacts)
+    large = Contacts(
+        3 * contacts.points, contacts.normals, contacts.friction, 3 * contacts.torsion_length, 3 * contacts.length
+    )
+    assert margin > 0.0 and closure_margin(large) == pytest.approx(margin, rel=1e-9)
+    for rotation in Rotation.random(5, random_state=1).as_matrix():
+        assert closure_margin(turned(contacts, rotation)) == pytest.approx(margin, rel=2e-3)
+
+
+def test_every_wrench_of_the_size_of_the_margin_is_answered() -> None:
+    """By a linear program over many points of the limit surfaces: one newton of normal force makes s d for s of the
+    margin and beyond, in every direction d, and hardly beyond in the worst of many."""
+    contacts, rng = any_contacts(3), np.random.default_rng(0)
+    sphere = rng.normal(size=(400, 3))
+    points = points_on(contacts, sphere / np.linalg.norm(sphere, axis=1)[:, None])
+    directions = rng.normal(size=(40, 6))
+    reached = []
+    for d in directions / np.linalg.norm(directions, axis=1)[:, None]:
+        rows = np.vstack([np.column_stack([points.T, -d]), [*np.ones(len(points)), 0.0]])
+        reached.append(linprog([*np.zeros(len(points)), -1.0], A_eq=rows, b_eq=[*np.zeros(6), 1.0]).x[-1])
+    margin = closure_margin(contacts)
+    assert margin > 0.0 and 0.97 * margin < min(reached) < 10.0 * margin
