@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from chromium import browser, coarse_page, new_page  # noqa: F401  fixtures for all
 from hands import LAYOUTS, Task, make_law, make_named_task, random_state, reference_task
 
-from softhand.commands.main import main
 from softhand.contact.pads import Fingertip
 from softhand.laws.nakashima import Nakashima
 from softhand.model.world import World
@@ -87,22 +82,3 @@ def rng(request: pytest.FixtureRequest) -> np.random.Generator:
 def state(task: Task, rng: np.random.Generator) -> State:
     """A random moving state of `task` near its grasp."""
     return random_state(task, rng)
-
-
-@pytest.fixture
-def command(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Function that runs `softhand` in this process, in a folder; returns its exit code and what it printed."""
-
-    def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-        before = signal.getsignal(signal.SIGTERM)
-        with monkeypatch.context() as patch:
-            patch.chdir(folder)
-            patch.setattr(sys, "argv", ["softhand", *arguments])
-            with pytest.raises(SystemExit) as end:
-                main()
-        signal.signal(signal.SIGTERM, before)
-        return subprocess.CompletedProcess(arguments, int(end.value.code or 0), *capsys.readouterr())
-
-    return run

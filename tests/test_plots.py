@@ -37,6 +37,7 @@ def invented(contacts: int = 3, joints: int = 3, samples: int = SAMPLES, **chang
         "contact": tuple(f"finger_{i}_tip" for i in fingers),
         "pair": tuple(f"{i}{j}" for i, j in combinations(fingers, 2)),
         "support": ("palm 1",),
+        "velocity": ("joint_1", "object_x"),
     }
     sizes = {dim: len(names) for dim, names in {**labels, **COMPONENTS}.items()}
     time, rng = np.linspace(0.0, 2.0, SAMPLES)[:samples], np.random.default_rng(contacts)

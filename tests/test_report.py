@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chromium import needs_chromium, open_coarse
+from commands import run_command
 from PIL import Image
 
 import softhand
@@ -662,23 +663,23 @@ def test_films_have_a_frame_where_a_slip_begins(run):
 # --------------------------------------------------------------------------------------------------- the command
 
 
-def test_the_command_writes_beside_the_recording(command, brief, tmp_path):
+def test_the_command_writes_beside_the_recording(brief, tmp_path):
     """`softhand report` of one run and of two."""
     brief.save(tmp_path / "a.nc")
     brief.save(tmp_path / "b.nc")
-    assert command("report", "a.nc", folder=tmp_path).returncode == 0
-    assert command("report", "a.nc", "b.nc", "--out", "both.html", folder=tmp_path).returncode == 0
+    assert run_command("report", "a.nc", folder=tmp_path).returncode == 0
+    assert run_command("report", "a.nc", "b.nc", "--out", "both.html", folder=tmp_path).returncode == 0
     assert len(data_of((tmp_path / "report.html").read_text("utf-8"))["runs"]) == 1
     assert len(data_of((tmp_path / "both.html").read_text("utf-8"))["runs"]) == 2
 
 
-def test_the_command_says_that_a_run_is_incomplete(command, brief, tmp_path):
+def test_the_command_says_that_a_run_is_incomplete(brief, tmp_path):
     """One line with time and reason; nothing if quiet."""
     reason = "finger_2_tip rolls over its <apex>"
     dataclasses.replace(brief, complete=False, reason=reason).save(tmp_path / "a.nc")
-    said = command("report", "a.nc", folder=tmp_path).stdout
-    assert f"incomplete recording, goes to 0.01 s: {reason}" in " ".join(said.split())
-    assert command("report", "a.nc", "--quiet", folder=tmp_path).stdout == ""
+    said = run_command("report", "a.nc", folder=tmp_path).stdout
+    assert f"incomplete recording, goes to 0.01 s: {reason}" in said
+    assert run_command("report", "a.nc", "--quiet", folder=tmp_path).stdout == ""
 
 
 @pytest.mark.parametrize(
@@ -690,10 +691,10 @@ def test_the_command_says_that_a_run_is_incomplete(command, brief, tmp_path):
         (["a.nc", "--out", "report.pdf"], "unknown ending '.pdf'; choose .html"),
     ],
 )
-def test_a_mistake_is_one_line(command, brief, tmp_path, arguments, words):
+def test_a_mistake_is_one_line(brief, tmp_path, arguments, words):
     """Not a recording, no folder: one message, no traceback, exit code 1."""
     brief.save(tmp_path / "a.nc")
     (tmp_path / "text.nc").write_text("no recording")
-    result = command("report", *arguments, folder=tmp_path)
+    result = run_command("report", *arguments, folder=tmp_path)
     assert result.returncode == 1 and result.stderr.lstrip().startswith("error:") and "Traceback" not in result.stderr
     assert words in result.stderr

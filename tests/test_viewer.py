@@ -517,7 +517,7 @@ def test_showing_costs_next_to_nothing(clock, monkeypatch):
     with Viewer(simulation, port=PORT) as viewer:
         monkeypatch.setattr(viewer._scene, "draw", lambda *_: drawn.append(1))
         copy = live.viewer.observed_moment
-        monkeypatch.setattr(live.viewer, "observed_moment", lambda *seen: copied.append(1) or copy(*seen))
+        monkeypatch.setattr(live.viewer, "observed_moment", lambda *args: copied.append(1) or copy(*args))
         for _ in range(1000):
             viewer.show(simulation.observation)
             clock.now += 1e-3
