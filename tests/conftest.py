@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from chromium import browser, coarse_page, new_page  # noqa: F401  fixtures for all
 from hands import LAYOUTS, Task, make_law, make_named_task, random_state, reference_task
 
 from softhand.contact.pads import Fingertip

@@ -26,67 +26,63 @@ def write(folder: Path, body: str) -> str:
 
 
 @needs_chromium
-def test_a_page_answers(tmp_path):
+def test_a_page_answers(new_page, tmp_path):
     """Values come back as plain data, also those of a promise."""
-    with Browser() as chromium:
-        page = chromium.page(300, 200)
-        page.open(write(tmp_path, "<p id=a>grüß</p>"))
-        assert page.evaluate("document.getElementById('a').textContent") == "grüß"
-        assert page.evaluate("Promise.resolve({n: [1, 2.5]})") == {"n": [1, 2.5]}
-        assert page.evaluate("[innerWidth, innerHeight]") == [300, 200]
-        assert page.console_errors == []
+    page = new_page(300, 200)
+    page.open(write(tmp_path, "<p id=a>grüß</p>"))
+    assert page.evaluate("document.getElementById('a').textContent") == "grüß"
+    assert page.evaluate("Promise.resolve({n: [1, 2.5]})") == {"n": [1, 2.5]}
+    assert page.evaluate("[innerWidth, innerHeight]") == [300, 200]
+    assert page.console_errors == []
 
 
 @needs_chromium
-def test_a_large_message_passes(tmp_path):
+def test_a_large_message_passes(new_page):
     """A script longer than a pipe holds goes there and back."""
-    with Browser() as chromium:
-        page = chromium.page()
-        text = "x" * 1_000_000
-        assert page.evaluate(f"'{text}'") == text
+    text = "x" * 1_000_000
+    assert new_page().evaluate(f"'{text}'") == text
 
 
 @needs_chromium
-def test_a_screenshot_is_what_is_shown(tmp_path):
+def test_a_screenshot_is_what_is_shown(new_page, tmp_path):
     """A blue page gives blue pixels in the size that was asked for."""
-    with Browser() as chromium:
-        page = chromium.page(120, 80)
-        page.open(write(tmp_path, "<div style='background:#0000ff;height:80px'></div>"))
-        picture = Image.open(BytesIO(page.screenshot())).convert("RGB")
+    page = new_page(120, 80)
+    page.open(write(tmp_path, "<div style='background:#0000ff;height:80px'></div>"))
+    picture = Image.open(BytesIO(page.screenshot())).convert("RGB")
     assert picture.size == (120, 80) and picture.getcolors() == [(9600, (0, 0, 255))]
 
 
 @needs_chromium
-def test_errors_and_requests_are_noted(tmp_path):
+def test_errors_and_requests_are_noted(new_page, tmp_path):
     """console.error, an exception, a missing file; and each address that was asked for."""
-    with Browser() as chromium:
-        page = chromium.page()
-        url = write(tmp_path, "<script>console.error('one', 2); throw new Error('three')</script><img src=none.png>")
-        page.open(url)
-        assert page.requests == [url, url.replace("page.html", "none.png")]
+    page = new_page()
+    url = write(tmp_path, "<script>console.error('one', 2); throw new Error('three')</script><img src=none.png>")
+    page.open(url)
+    assert page.requests == [url, url.replace("page.html", "none.png")]
     said = "\n".join(page.console_errors)
     assert "one 2" in said and "three" in said and "ERR_FILE_NOT_FOUND" in said
 
 
 @needs_chromium
-def test_a_script_that_throws_is_told():
+def test_a_script_that_throws_is_told(new_page):
     """The message holds the script and the exception."""
-    with Browser() as chromium, pytest.raises(BrowserError, match="no_such_thing"):
-        chromium.page().evaluate("no_such_thing.at_all")
+    with pytest.raises(BrowserError, match="no_such_thing"):
+        new_page().evaluate("no_such_thing.at_all")
 
 
 @needs_chromium
-def test_a_missing_page_is_told(tmp_path):
+def test_a_missing_page_is_told(new_page, tmp_path):
     """The message names the address."""
-    with Browser() as chromium, pytest.raises(BrowserError, match=r"missing\.html: Chromium cannot open it"):
-        chromium.page().open((tmp_path / "missing.html").as_uri())
+    with pytest.raises(BrowserError, match=r"missing\.html: Chromium cannot open it"):
+        new_page().open((tmp_path / "missing.html").as_uri())
 
 
 @needs_chromium
 def test_a_page_that_hangs_is_given_up():
     """An endless script ends in an error, and Chromium with it."""
-    with Browser(timeout=1.0) as chromium:
+    with Browser() as chromium:
         page, group = chromium.page(), chromium._chromium.group
+        chromium.timeout = 1.0
         with pytest.raises(BrowserError, match="no answer in 1 s"):
             page.evaluate("(() => { for (;;); })()")
     assert wait_until(lambda: not living(group))

@@ -6,19 +6,22 @@ import errno
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from softhand.errors import RecordingError, SofthandError
 from softhand.plots.comparison import Compared, draw_comparison
+from softhand.plots.panels import new_figure, panel
 from softhand.plots.run import draw_run
-from softhand.plots.style import DASH_DOTTED, FINGERS, FORMATS, TARGETS, save_figure
+from softhand.plots.style import DASH_DOTTED, FINGERS, FORMATS, STYLE, TARGETS, save_figure
 from softhand.recording.recording import Recording
 from softhand.recording.variables import COMPONENTS, VARIABLES
 
@@ -34,6 +37,7 @@ def invented(contacts: int = 3, joints: int = 3, samples: int = SAMPLES, **chang
         "contact": tuple(f"finger_{i}_tip" for i in fingers),
         "pair": tuple(f"{i}{j}" for i, j in combinations(fingers, 2)),
         "support": ("palm 1",),
+        "velocity": ("joint_1", "object_x"),
     }
     sizes = {dim: len(names) for dim, names in {**labels, **COMPONENTS}.items()}
     time, rng = np.linspace(0.0, 2.0, SAMPLES)[:samples], np.random.default_rng(contacts)
@@ -75,9 +79,26 @@ def texts(figure: Figure) -> str:
     return "\n".join([text.get_text() for text in figure.texts] + legends + titles)
 
 
+@cache
+def drawn(contacts: int = 3, joints: int = 3) -> Figure:
+    """The figure of an invented run; for tests that only look."""
+    return draw_run(invented(contacts, joints))
+
+
+@cache
 def compared() -> Figure:
     pairs = [Compared("A", invented(), invented()), Compared("B", invented(), invented())]
     return draw_comparison(pairs, "Both targets")
+
+
+def plain() -> Figure:
+    """A small figure with what could differ from one file to the next: text, curves, marks, a clipped area."""
+    with rc_context(STYLE):
+        figure = new_figure(1.5)
+        axes = panel(figure, figure.add_gridspec(1, 1)[0], "force [N]", "A title", bottom=True)
+        axes.plot([0.0, 1.0], [0.0, 2.0], marker="v")
+        axes.fill_between([0.0, 1.0], 0.0, [1.0, 2.0], alpha=0.3)
+    return figure
 
 
 # ------------------------------------------------------------------------------------------------------- one run
@@ -85,45 +106,44 @@ def compared() -> Figure:
 
 def test_a_run_has_a_panel_for_each_quantity() -> None:
     """9 panels of the object, 9 of the contacts, one for each joint of a finger."""
-    assert len(draw_run(invented()).axes) == 9 + CONTACT_PANELS + 3
+    assert len(drawn().axes) == 9 + CONTACT_PANELS + 3
 
 
 @pytest.mark.parametrize("contacts", [2, 3, 4, 5])
 def test_each_contact_has_its_curve(contacts: int) -> None:
     """A panel of the contacts has one curve a finger, in the finger's colour."""
-    (axes,) = panels(draw_run(invented(contacts)), "normal force")
+    (axes,) = panels(drawn(contacts), "normal force")
     assert [line.get_color() for line in axes.lines] == list(FINGERS[:contacts])
 
 
 @pytest.mark.parametrize("contacts", [2, 3, 4, 5])
 def test_each_pair_has_its_curve_and_its_desired_one(contacts: int) -> None:
     """All pairs of contacts are drawn, whatever their number."""
-    force = panels(draw_run(invented(contacts)), FORCE)
+    force = panels(drawn(contacts), FORCE)
     assert sum(len(axes.lines) for axes in force) == contacts * (contacts - 1)
 
 
 @pytest.mark.parametrize("joints", [2, 4])
 def test_torques_are_sorted_by_joint_and_coloured_by_finger(joints: int) -> None:
     """One panel for the first joints, one for the second, and so on."""
-    recording = invented(3, joints)
-    drawn = panels(draw_run(recording), "torque, joint")
-    assert len(drawn) == joints
-    assert np.array_equal(drawn[1].lines[2].get_ydata(), recording.joint_torque[:, 2 * joints + 1])
-    assert drawn[1].lines[2].get_color() == FINGERS[2]
+    torques = panels(drawn(3, joints), "torque, joint")
+    assert len(torques) == joints
+    assert np.array_equal(torques[1].lines[2].get_ydata(), invented(3, joints).joint_torque[:, 2 * joints + 1])
+    assert torques[1].lines[2].get_color() == FINGERS[2]
 
 
 def test_joints_without_names_of_fingers_are_shared_in_order() -> None:
     """Joint names that say nothing still give three panels of three curves."""
     recording = invented()
     labels = {**recording.labels, "joint": tuple(f"q{k}" for k in range(9))}
-    drawn = panels(draw_run(invented(labels=labels)), "torque, joint")
-    assert [len(axes.lines) for axes in drawn] == [3, 3, 3]
+    torques = panels(draw_run(invented(labels=labels)), "torque, joint")
+    assert [len(axes.lines) for axes in torques] == [3, 3, 3]
 
 
 def test_desired_values_are_on_top() -> None:
     """The desired curve is black, thinner than the other, and above it."""
     for label in ("x [", "roll", FORCE):
-        run, desired = panels(draw_run(invented()), label)[0].lines
+        run, desired = panels(drawn(), label)[0].lines
         assert desired.get_color() == "black"
         assert desired.get_linewidth() < run.get_linewidth()
         assert desired.get_zorder() > run.get_zorder()
@@ -137,7 +157,7 @@ def test_values_are_drawn_in_the_units_of_the_label() -> None:
     assert np.allclose(panels(figure, "yaw [deg]")[0].lines[0].get_ydata(), np.degrees(recording.object_rpy[:, 2]))
 
 
-@pytest.mark.parametrize("draw", [lambda: draw_run(invented()), lambda: draw_run(invented(2)), compared])
+@pytest.mark.parametrize("draw", [drawn, lambda: drawn(2), compared])
 def test_every_axis_has_a_unit(draw: Callable[[], Figure]) -> None:
     """Each y label ends with a unit; each column ends with the time axis."""
     figure = draw()
@@ -147,12 +167,12 @@ def test_every_axis_has_a_unit(draw: Callable[[], Figure]) -> None:
 
 def test_all_axes_share_the_time_axis() -> None:
     """All panels show the same times."""
-    assert {axes.get_xlim() for axes in draw_run(invented()).axes} == {(0.0, 2.0)}
+    assert {axes.get_xlim() for axes in drawn().axes} == {(0.0, 2.0)}
 
 
 def test_the_title_is_the_description() -> None:
     """The scenario's description heads the figure."""
-    assert "An invented run" in texts(draw_run(invented()))
+    assert "An invented run" in texts(drawn())
 
 
 def test_a_scenario_that_cannot_be_read_is_no_obstacle() -> None:
@@ -182,7 +202,7 @@ def test_a_run_without_length_can_be_drawn(samples: int, tmp_path: Path) -> None
 
 def test_friction_use_has_its_limit() -> None:
     """A line at 1."""
-    (axes,) = panels(draw_run(invented()), "friction use")
+    (axes,) = panels(drawn(), "friction use")
     assert axes.lines[-1].get_ydata() == [1.0, 1.0]
 
 
@@ -199,16 +219,16 @@ def test_friction_use_above_its_limit_is_marked() -> None:
 
 def test_friction_use_below_its_limit_is_not_marked() -> None:
     """No warning without a cause."""
-    assert "above 1" not in texts(draw_run(invented()))
+    assert "above 1" not in texts(drawn())
 
 
 def test_torques_at_their_limit_are_marked() -> None:
     """A line at the limit, in the panel of the joint that hit it and in no other."""
     limited, torque = np.zeros((SAMPLES, 9), np.int8), invented().joint_torque.copy()
     limited[40:50, 4], torque[40:50, 4] = 1, 2.0
-    drawn = panels(draw_run(invented(joint_torque=torque, torque_limited=limited)), "torque, joint")
-    assert drawn[1].lines[-1].get_ydata() == [2.0, 2.0]
-    assert [axes.get_title("right") for axes in drawn] == ["", "effort limit reached", ""]
+    torques = panels(draw_run(invented(joint_torque=torque, torque_limited=limited)), "torque, joint")
+    assert torques[1].lines[-1].get_ydata() == [2.0, 2.0]
+    assert [axes.get_title("right") for axes in torques] == ["", "effort limit reached", ""]
 
 
 def test_rounding_errors_do_not_look_like_motion() -> None:
@@ -285,7 +305,7 @@ def test_two_fingers_can_be_compared() -> None:
 @pytest.mark.parametrize("name", [*(f"figure.{ending}" for ending in FORMATS), "FIGURE.PNG"])
 def test_the_ending_gives_the_format(name: str, tmp_path: Path) -> None:
     """Each allowed ending writes a file of that kind and nothing else."""
-    save_figure(compared(), tmp_path / name)
+    save_figure(plain(), tmp_path / name)
     start = (tmp_path / name).read_bytes()[:8]
     assert start.startswith({"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[name[-3:].lower()])
     assert [file.name for file in tmp_path.iterdir()] == [name]
@@ -295,29 +315,29 @@ def test_the_ending_gives_the_format(name: str, tmp_path: Path) -> None:
 def test_another_ending_is_refused(name: str, tmp_path: Path) -> None:
     """The message names the ending and those allowed; nothing is written."""
     with pytest.raises(SofthandError, match=r"choose one of \.png, \.pdf, \.svg") as caught:
-        save_figure(compared(), tmp_path / name)
+        save_figure(plain(), tmp_path / name)
     assert caught.value.value == Path(name).suffix  # type: ignore[attr-defined]
     assert not list(tmp_path.iterdir())
 
 
 def test_text_in_a_vector_figure_is_text(tmp_path: Path) -> None:
     """SVG keeps letters as text."""
-    save_figure(draw_run(invented()), tmp_path / "figure.svg")
-    assert "normal force [N]</text>" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
+    save_figure(plain(), tmp_path / "figure.svg")
+    assert "force [N]</text>" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("ending", FORMATS)
 def test_the_same_figure_gives_the_same_file(ending: str, tmp_path: Path) -> None:
     """No date and no random name in the file."""
     for name in ("one", "two"):
-        save_figure(draw_run(invented()), tmp_path / f"{name}.{ending}")
+        save_figure(plain(), tmp_path / f"{name}.{ending}")
     assert (tmp_path / f"one.{ending}").read_bytes() == (tmp_path / f"two.{ending}").read_bytes()
 
 
 def test_a_missing_folder_is_told(tmp_path: Path) -> None:
     """It is an error of ours that names the file."""
     with pytest.raises(RecordingError, match="choose a folder that exists") as caught:
-        save_figure(compared(), tmp_path / "nowhere" / "figure.png")
+        save_figure(plain(), tmp_path / "nowhere" / "figure.png")
     assert caught.value.file == tmp_path / "nowhere" / "figure.png"  # type: ignore[attr-defined]
 
 
@@ -330,7 +350,7 @@ def test_a_full_disk_leaves_the_older_figure(tmp_path: Path, monkeypatch: pytest
     (tmp_path / "figure.png").write_bytes(b"older")
     monkeypatch.setattr(Path, "write_bytes", fail)
     with pytest.raises(RecordingError, match="No space left on device"):
-        save_figure(compared(), tmp_path / "figure.png")
+        save_figure(plain(), tmp_path / "figure.png")
     assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"older"]
 
 

@@ -5,24 +5,24 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import socket
-import threading
-import time
 import urllib.error
 import urllib.request
-from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from chromium import needs_chromium, wait_until
+from chromium import needs_chromium, open_coarse, wait_until
 from hands import LAYOUTS, STEPPERS, run
 from tornado.websocket import websocket_connect
 from typer.testing import CliRunner
 
 from softhand import Recording, RecordingError, SofthandError, Viewer, build, load_scenario, simulate, view
 from softhand.commands.main import app
+from softhand.model.urdf import examination
 from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.urdf import Urdf
-from softhand.viewer.browser.browser import Browser
+from softhand.recording import recorded
+from softhand.viewer import live
 from softhand.viewer.live.pace import Pace
 from softhand.viewer.live.replay import Replay
 from softhand.viewer.live.stream import encode
@@ -34,6 +34,7 @@ from softhand.viewer.scene.samples import recorded_moment
 from softhand.viewer.scene.visuals import read_visuals
 
 PORT = 7600
+SIZE = 700, 500  # [px]
 
 
 @pytest.fixture(scope="module")
@@ -225,9 +226,9 @@ def slipping(recording, samples=slice(100, 103), tip=1) -> Recording:
 def test_a_slip_is_marked_while_it_lasts_and_a_tenth_of_a_second_longer(recording):
     """At its tip alone, around the contact; then it pales."""
     scene = RecordedScene(slipping(recording))
-    shown = [updates_of(scene, k)["slip/finger_2_tip"] for k in range(len(recording))]
-    seen = [k for k, mark in enumerate(shown) if mark.visible]
-    assert seen[:102] == list(range(100, 202)) and seen[102:] in ([], [202])  # 0.202 - 0.102 is 0.1 but for rounding
+    looked = [0, 50, *range(98, 104), 150, *range(199, 206), 300, 500]
+    shown = {k: updates_of(scene, k)["slip/finger_2_tip"] for k in looked if k != 202}  # 0.1 s later but for rounding
+    assert [k for k, mark in shown.items() if mark.visible] == [100, 101, 102, 103, 150, 199, 200, 201]
     np.testing.assert_array_equal(shown[101].pose[:3, 3], recording.contact_point[101, 1])
     np.testing.assert_array_equal(shown[101].pose[:3, :3], recording.contact_rotation[101, 1])
     assert shown[101].colour == SLIP and shown[150].colour > SLIP and shown[200].colour > shown[150].colour
@@ -361,6 +362,31 @@ def test_what_cannot_be_drawn_is_refused_with_its_reason(recording, changes, sai
         RecordedScene(dataclasses.replace(recording, **changes))
 
 
+def test_a_recorded_scene_reads_each_text_once(recording, monkeypatch):
+    """The scenario as TOML, the URDFs of hand and object as XML."""
+    parsed, read = [], []
+    loads, read_document = recorded.tomllib.loads, examination.read_document
+    monkeypatch.setattr(recorded, "tomllib", SimpleNamespace(loads=lambda text: parsed.append(text) or loads(text)))
+    monkeypatch.setattr(examination, "read_document", lambda text, file: read.append(text) or read_document(text, file))
+    text = recording.scenario + "\n# another text than before"
+    RecordedScene(dataclasses.replace(recording, scenario=text))
+    assert parsed == [text]
+    assert sorted(read) == sorted([recording.hand_urdf, recording.object_urdf])
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    ["= no TOML", "gravity = 'down'\nhand = 3\nobject = []\ntable = 'none'\nfingertip = 1", "gravity = [0, nan, 1]",
+     "[table]\nheight = 'high'", "[table]\nheight = 0.1\nnormal = [0, 0, 0]", "[object]\nellipsoid = [0.1, true, 0.1]",
+     "[hand]\nurdf = 'package://none/of_this_name.urdf'"],
+)  # fmt: skip
+def test_a_scenario_that_cannot_be_used_is_no_obstacle(recording, scene, scenario):
+    """What it does not tell is as usual: gravity, no table, the object of the URDF, no slip."""
+    other = RecordedScene(dataclasses.replace(recording, scenario=scenario))
+    assert [item.name for item in other.items] == [item.name for item in scene.items]
+    np.testing.assert_array_equal(other.bounds.upright, np.eye(3))
+
+
 # ----------------------------------------------------------------------------------------------------------- the server
 
 
@@ -369,10 +395,35 @@ def read(address: str) -> str:
         return answer.read().decode()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def replay(recording):
+    """A page for all tests; it stands still at its start unless a test lets it go."""
     with view(recording, port=PORT) as replay:
+        replay._obey({"playing": False, "time": 0.0})
         yield replay
+
+
+class Clock:
+    """Stands for the module `time`: it goes on while somebody sleeps, and when told to."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.slept: list[float] = []
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    def sleep(self, duration: float) -> None:
+        self.slept.append(duration)
+        self.now += duration
+
+
+@pytest.fixture
+def clock(monkeypatch) -> Clock:
+    clock = Clock()
+    for module in (live.pace, live.replay, live.viewer):
+        monkeypatch.setattr(module, "clock", clock)
+    return clock
 
 
 def test_the_page_is_seen_from_this_machine_alone(replay):
@@ -459,21 +510,18 @@ def test_a_page_that_never_asks_again_is_sent_nothing_and_stops_nobody(recording
         assert viewer._count > 1
 
 
-def test_showing_costs_next_to_nothing(recording):
-    """A thousand calls of show in less than the time of thirty drawings, with no page and between two pictures."""
+def test_showing_costs_next_to_nothing(clock, monkeypatch):
+    """Sixty moments a second are copied, all others are passed over; nothing is drawn where no page asks."""
+    copied, drawn = [], []
     simulation = build(load_scenario("target-a", {"duration": 0.5}))
-    observation = simulation.sample()
     with Viewer(simulation, port=PORT) as viewer:
-        viewer.show(observation)
-        begin = time.perf_counter()
+        monkeypatch.setattr(viewer._scene, "draw", lambda *_: drawn.append(1))
+        copy = live.viewer.observed_moment
+        monkeypatch.setattr(live.viewer, "observed_moment", lambda *args: copied.append(1) or copy(*args))
         for _ in range(1000):
-            viewer.show(observation)
-        shown = time.perf_counter() - begin
-        begin = time.perf_counter()
-        for _ in range(30):
-            viewer._count += 1
-            viewer._render()
-        assert shown < time.perf_counter() - begin
+            viewer.show(simulation.observation)
+            clock.now += 1e-3
+    assert 59 <= len(copied) <= 60 and drawn == []
 
 
 def test_watching_changes_nothing(recording):
@@ -486,12 +534,15 @@ def test_watching_changes_nothing(recording):
         np.testing.assert_array_equal(watched[name], array)
 
 
-def test_pace_holds_a_run_back_to_the_clock():
-    """0.2 s of simulated time at twice real time take no less than 0.1 s."""
-    pace, begin = Pace(2.0), time.perf_counter()
+def test_pace_holds_a_run_back_to_the_clock(clock):
+    """0.2 s of simulated time at twice real time take 0.1 s; a run that is late is not held back."""
+    pace = Pace(2.0)
     for k in range(21):
         pace.wait(0.01 * k)
-    assert time.perf_counter() - begin > 0.099
+    assert clock.now == pytest.approx(100.1) and sum(clock.slept) == pytest.approx(0.1)
+    clock.now += 1.0
+    pace.wait(0.21)
+    assert sum(clock.slept) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
@@ -501,36 +552,39 @@ def test_a_speed_must_be_above_zero(recording, speed):
         Replay(recording, speed=speed, port=PORT)
 
 
-def test_a_replay_plays_stops_and_is_wound(recording):
+def test_a_replay_plays_stops_and_is_wound(recording, clock):
     """By the clock, and by what the page asks for."""
     with view(recording, port=PORT) as replay:
         replay._obey({"playing": False, "time": 0.3})
-        time.sleep(0.05)
+        clock.now += 0.05
         assert replay.time == 0.3
         first = np.frombuffer(replay._render()[1], "<f4")[0]
         assert first == pytest.approx(0.3)
         replay._obey({"playing": True})
-        time.sleep(0.05)
-        assert 0.34 < replay.time <= 0.5
+        clock.now += 0.05
+        assert replay.time == pytest.approx(0.35)
+        replay._obey({"speed": 0.5})
+        clock.now += 0.05
+        assert replay.time == pytest.approx(0.375)
 
 
-def test_a_replay_that_plays_once_ends(recording):
+def test_a_replay_that_plays_once_ends(recording, clock):
     """wait returns when the end is reached."""
     with view(recording, speed=10.0, once=True, port=PORT) as replay:
-        waiter = threading.Thread(target=replay.wait, daemon=True)
-        waiter.start()
-        waiter.join(5.0)
-        assert replay.ended and not waiter.is_alive()
+        replay.wait()
+        assert replay.ended and replay.time == 0.5 and clock.now >= 100.05
 
 
-def test_a_replay_begins_again(recording):
+def test_a_replay_begins_again(recording, clock):
     """After a rest at the end."""
-    with view(recording, speed=100.0, port=PORT) as replay:
+    with view(recording, port=PORT) as replay:
         replay.play()
-        seen = []
-        wait_until(lambda: seen.append(replay.time) or any(b < a for a, b in pairwise(seen)))
-        assert max(seen) == 0.5
-        assert not replay.ended
+        shown = []
+        for _ in range(13):
+            shown.append(replay.time)
+            clock.now += 0.125
+    assert shown == [0.0, 0.125, 0.25, 0.375, *[0.5] * 7, 0.0, 0.125]
+    assert not replay.ended
 
 
 def test_notebooks_show_the_page_in_a_frame(replay):
@@ -578,24 +632,45 @@ def test_view_names_a_file_that_is_no_recording(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with Browser() as browser:
-        yield browser
+def shared_page(browser, replay):
+    page = open_coarse(browser, *SIZE)
+    page.open(replay.address)
+    yield page
+    page.close()
 
 
-def picture(page, replay, moment: float) -> bytes:
+@pytest.fixture
+def page(shared_page, replay):
+    """The page of the replay, all layers on, from the usual side."""
+    picture(shared_page, replay, 0.05)
+    shared_page.evaluate(
+        "document.querySelectorAll('[data-layer]').forEach((box) => box.checked || box.click());"
+        "document.querySelector('#views button').click()"
+    )
+    return shared_page
+
+
+CANVAS = "document.getElementById('stage').toDataURL()"
+
+
+def picture(page, replay, moment: float) -> str:
     """The canvas at a time of the replay."""
     replay._obey({"playing": False, "time": moment})
     near = f"Math.abs(document.body.dataset.time - {moment}) < 1e-3"
     assert wait_until(lambda: page.evaluate(near))
-    return page.evaluate("document.getElementById('stage').toDataURL()")
+    return page.evaluate(CANVAS)
 
 
 @needs_chromium
-def test_the_page_shows_a_picture_that_changes_with_time(browser, replay):
-    """Not blank, another one later, the same one again; no error, no request to another machine."""
-    page = browser.page(900, 700)
-    page.open(replay.address)
+def test_the_page_asks_nobody_else(page, replay):
+    """No error, no request to another machine."""
+    assert page.console_errors == []
+    assert {address.split("/")[2] for address in page.requests} == {f"127.0.0.1:{replay._server.port}"}
+
+
+@needs_chromium
+def test_the_page_shows_a_picture_that_changes_with_time(page, replay):
+    """Not blank, another one later, the same one again."""
     first, later, again = (picture(page, replay, moment) for moment in (0.05, 0.5, 0.05))
     assert first != later and first == again
     colours = page.evaluate(
@@ -610,30 +685,25 @@ def test_the_page_shows_a_picture_that_changes_with_time(browser, replay):
         })()"""
     )
     assert colours > 500
-    assert page.console_errors == []
-    assert {address.split("/")[2] for address in page.requests} == {f"127.0.0.1:{replay._server.port}"}
 
 
 @needs_chromium
-def test_each_layer_has_a_switch_that_works(browser, replay, scene):
+def test_each_layer_has_a_switch_that_works(page, replay, scene):
     """Switching a layer off changes the picture, switching it on brings it back."""
-    page = browser.page(900, 700)
-    page.open(replay.address)
-    picture(page, replay, 0.5)
-    before = page.evaluate("document.getElementById('stage').toDataURL()")
+    before = picture(page, replay, 0.5)
     keys = page.evaluate("[...document.querySelectorAll('[data-layer]')].map((box) => box.dataset.layer)")
     assert keys == list(scene.layers)
     for key in keys:
         page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
-        assert page.evaluate("document.getElementById('stage').toDataURL()") != before, key
+        assert page.evaluate(CANVAS) != before, key
         page.evaluate(f"document.querySelector('[data-layer={key}]').click()")
-    assert page.evaluate("document.getElementById('stage').toDataURL()") == before
+    assert page.evaluate(CANVAS) == before
 
 
 @needs_chromium
-def test_a_slip_is_in_the_picture_and_in_words(browser, recording):
+def test_a_slip_is_in_the_picture_and_in_words(coarse_page, recording):
     """The finger is named while it is marked; without the layer neither is there."""
-    page = browser.page(900, 700)
+    page = coarse_page(*SIZE)
     words = "document.getElementById('slip').textContent"
     with view(slipping(recording), port=PORT) as replay:
         page.open(replay.address)
@@ -642,22 +712,21 @@ def test_a_slip_is_in_the_picture_and_in_words(browser, recording):
             assert page.evaluate(words) == said
         before = picture(page, replay, 0.15)
         page.evaluate("document.querySelector('[data-layer=slip]').click()")
-        assert page.evaluate("document.getElementById('stage').toDataURL()") != before
+        assert page.evaluate(CANVAS) != before
         assert page.evaluate(words) == "" and page.console_errors == []
 
 
 @needs_chromium
 @pytest.mark.parametrize("size", [(1200, 800), (620, 600), (480, 700)])
-def test_nothing_of_the_panel_is_cut_off(browser, replay, size):
+def test_nothing_of_the_panel_is_cut_off(page, size):
     """All buttons of the panel lie within it, and the panel beside the picture, on a narrow window too."""
-    page = browser.page(*size)
-    page.open(replay.address)
-    picture(page, replay, 0.05)
+    page.resize(*size)
     places = page.evaluate(
         "['#panel', '#stage', '#player', ...[1, 2, 3, 4, 5].map((k) => `#views button:nth-child(${k})`)].map("
         "(name) => { const box = document.querySelector(name).getBoundingClientRect();"
         "return [box.left, box.right, box.top, box.bottom] })"
     )
+    page.resize(*SIZE)
     panel, stage, player, *buttons = places
     assert panel[1] < stage[0] + 1.0 and stage[1] <= size[0] and player[1] <= size[0]
     assert panel[3] <= player[2] or panel[1] <= player[0]
@@ -665,51 +734,45 @@ def test_nothing_of_the_panel_is_cut_off(browser, replay, size):
 
 
 @needs_chromium
-def test_trails_are_seen_below_their_arrows(browser, replay):
+def test_trails_are_seen_below_their_arrows(page, replay):
     """With all layers on, hiding the trails changes the picture from the default side."""
-    page = browser.page(900, 700)
-    page.open(replay.address)
     before = picture(page, replay, 0.5)
     page.evaluate("document.querySelector('[data-layer=trails]').click()")
-    assert page.evaluate("document.getElementById('stage').toDataURL()") != before
+    assert page.evaluate(CANVAS) != before
 
 
 @needs_chromium
-def test_the_grasp_can_be_seen_from_nearby(browser, replay, scene):
+def test_the_grasp_can_be_seen_from_nearby(page, replay, scene):
     """The button `grasp` brings the camera to the object and the tips, `3-D` back to the whole hand."""
-    page = browser.page(900, 700)
-    page.open(replay.address)
     whole = picture(page, replay, 0.5)
     press = "[...document.querySelectorAll('#views button')].find((b) => b.textContent === '{}').click()"
     page.evaluate(press.format("grasp"))
     assert page.evaluate("softhand.stage.orbit.target.toArray()") == pytest.approx(list(scene.bounds.grasp.centre))
     assert page.evaluate("softhand.stage.orbit.distance") < 0.7
     page.evaluate(press.format("3-D"))
-    assert page.evaluate("document.getElementById('stage').toDataURL()") == whole
+    assert page.evaluate(CANVAS) == whole
 
 
 @needs_chromium
-def test_the_page_winds_the_replay(browser, replay):
+def test_the_page_winds_the_replay(page, replay):
     """The slider stops it there, the button plays on."""
-    page = browser.page(900, 700)
-    page.open(replay.address)
-    assert wait_until(lambda: page.evaluate("document.body.dataset.time !== undefined"))
     page.evaluate("(() => { const w = document.getElementById('wind'); w.value = 0.2; w.oninput(); })()")
     assert wait_until(lambda: replay.time == pytest.approx(0.2))
     page.evaluate("document.getElementById('play').click()")
     assert wait_until(lambda: replay.time > 0.25)
+    page.evaluate("document.getElementById('play').click()")
 
 
 @needs_chromium
-def test_a_running_simulation_is_shown_until_its_end(browser):
+def test_a_running_simulation_is_shown_until_its_end(coarse_page):
     """The page has the last state shown when the viewer closes, and says that the run has ended."""
     simulation = build(load_scenario("target-a", {"duration": 0.2}))
-    page = browser.page(600, 500)
+    page = coarse_page(*SIZE)
     with Viewer(simulation, port=PORT) as viewer:
         page.open(viewer.address)
         assert viewer._server.opened.wait(10)
         pace = Pace()
-        simulation.run(watch=lambda seen: (viewer.show(seen), pace.wait(seen.time)))
+        simulation.run(watch=lambda observation: (viewer.show(observation), pace.wait(observation.time)))
     assert wait_until(lambda: page.evaluate("document.getElementById('message').textContent") == "The run has ended.")
     assert page.evaluate("Number(document.body.dataset.time)") > 0.17
     assert page.console_errors == []

@@ -24,23 +24,28 @@ class Page:
 
     Args:
         connection: to its browser.
-        session: its name there.
+        target: its name there.
+        session: the name of this way to talk to it.
 
     Attributes:
         console_errors: texts of errors, uncaught exceptions and failed loads since the page was made.
         requests: addresses that the page asked for, itself included; data inside the page is not asked for.
     """
 
-    def __init__(self, connection: Connection, session: str) -> None:
+    def __init__(self, connection: Connection, target: str, session: str) -> None:
         self.console_errors: list[str] = []
         self.requests: list[str] = []
         self._connection = connection
-        self._session = session
+        self._target, self._session = target, session
         self._loaded = False
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Ask for one thing of the DevTools protocol, for this page."""
         return self._connection.call(method, self._session, **parameters)
+
+    def close(self) -> None:
+        """Close it, whatever it shows; all pages are closed with their browser anyway."""
+        self._connection.call("Target.closeTarget", targetId=self._target)
 
     def resize(self, width: int, height: int) -> None:
         """Set the size of the page [px]."""
