@@ -1,28 +1,35 @@
-"""A fit in words: rows of tables, and the section of a scenario."""
+"""A fit in words: rows of tables, a JSON text, and the section of a scenario."""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Sequence
 
 from softhand.identification.comparison import Score
+from softhand.identification.files.header import FORCE
 from softhand.identification.fit import Fit
-from softhand.identification.measurements import FORCE
+from softhand.identification.residuals.estimates import Estimate
+from softhand.numerics.arrays import Array
+from softhand.settings.wording import show
 
 _SHOWN = {"force": ("N", 1.0), "moment": ("N mm", 1e3)}
+_SI = {"force": "N", "moment": "N m"}
 
 
 def coefficient_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Name, value, ends of the interval, unit and note of each coefficient."""
+    """Name, value, ends of the interval, unit and note of each coefficient, and of the offset of dr."""
+    offset = [] if fit.offset.note == "fixed" and fit.offset.value == 0.0 else [fit.offset]
     rows = []
-    for estimate in fit.estimates:
+    for estimate in (*fit.estimates, *offset):
         numbers = (
             "-" if math.isnan(value) else f"{value:.5g}" for value in (estimate.value, estimate.low, estimate.high)
         )
-        rows.append((estimate.coefficient.name, *numbers, estimate.coefficient.unit, estimate.note))
+        rows.append((estimate.name, *numbers, estimate.coefficient.unit, estimate.note))
     return rows
 
 
-def residual_rows(fit: Fit) -> list[tuple[str, ...]]:
+def scatter_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Component, scatter of the residuals and of the repeats, for what was measured."""
     rows: list[tuple[str, ...]] = []
     for (name, kind), noise, repeats in zip(FORCE.items(), fit.noise, fit.repeats, strict=True):
@@ -32,7 +39,7 @@ def residual_rows(fit: Fit) -> list[tuple[str, ...]]:
     return rows
 
 
-def score_rows(scores: list[Score]) -> list[tuple[str, ...]]:
+def score_rows(scores: Sequence[Score]) -> list[tuple[str, ...]]:
     """Law, number of coefficients, held-out error in all and of each component, for the laws that could be fitted."""
     rows = []
     for score in scores:
@@ -46,28 +53,75 @@ def score_rows(scores: list[Score]) -> list[tuple[str, ...]]:
 
 
 def toml_snippet(fit: Fit, name: str, friction: float | None = None) -> str:
-    """The section `[fingertip]` of a scenario; what the data do not tell is a comment.
+    """The section `[fingertip]` of a scenario; what the data do not tell, and what the residuals show, is a comment.
 
     Args:
         fit: of the law.
         name: of the law, as in a scenario.
         friction: coefficient mu, a line of its own if given.
     """
-    lines = ["[fingertip]", f'law = "{name}"']
+    lines = ["[fingertip]", f"law = {show(name)}"]
+    lines += [f"# {finding.text}" for finding in fit.findings if finding.is_warning and finding.kind != "file"]
     if friction is None:
         lines.append("# friction is not told by these measurements: keep the line of your scenario")
     else:
         lines.append(f"friction = {friction!r}")
     lines.append(f"radius = {fit.radius!r}  # [m]")
     for estimate in fit.estimates:
-        coefficient = estimate.coefficient
-        unit = f"[{coefficient.unit}]" if coefficient.unit else ""
+        unit = f"[{estimate.coefficient.unit}]" if estimate.coefficient.unit else ""
         if math.isnan(estimate.value):
-            lines.append(f"# {coefficient.name} = ...  # {unit} {estimate.note}")
+            lines.append(f"# {estimate.name} = ...  # {unit} {estimate.note}")
         elif math.isnan(estimate.low):
-            lines.append(f"{coefficient.name} = {estimate.value!r}  # {unit} {estimate.note}")
+            lines.append(f"{estimate.name} = {estimate.value!r}  # {unit} {estimate.note}")
         else:
             ends = f"{100.0 * fit.level:g} %: {estimate.low:.5g} to {estimate.high:.5g}"
-            lines.append(f"{coefficient.name} = {estimate.value!r}  # {unit} {ends}")
-    lines += [f"{key} = {value!r}" for key, value in fit.others().items()]
+            lines.append(f"{estimate.name} = {estimate.value!r}  # {unit} {ends}")
+    lines += [f"{key} = {show(value)}" for key, value in fit.others().items()]
     return "\n".join(lines) + "\n"
+
+
+def to_json(fit: Fit, name: str, scores: Sequence[Score]) -> str:
+    """All of it as JSON: SI units in the keys, null for what is not told."""
+    return json.dumps(
+        {
+            "law": name,
+            "radius [m]": fit.radius,
+            "rows": len(fit.measurements),
+            "level": fit.level,
+            "coefficients": {_key(estimate): _told(estimate) for estimate in fit.estimates},
+            _key(fit.offset): _told(fit.offset),
+            "scatter of residuals": _components(fit.noise),
+            "scatter of repeats": _components(fit.repeats),
+            "findings": [{"kind": finding.kind, "text": finding.text} for finding in fit.findings],
+            "comparison": [
+                {
+                    "law": score.name,
+                    "fitted": score.fitted,
+                    "error": _number(score.total),
+                    "errors": _components(score.error),
+                    "best": score.is_best,
+                    "failure": score.failure,
+                }
+                for score in scores
+            ],
+        },
+        allow_nan=False,
+        indent=2,
+    )
+
+
+def _key(estimate: Estimate) -> str:
+    return f"{estimate.name} [{estimate.coefficient.unit or '1'}]"
+
+
+def _told(estimate: Estimate) -> dict[str, object]:
+    numbers = {name: _number(getattr(estimate, name)) for name in ("value", "low", "high")}
+    return {**numbers, "fitted": estimate.is_fitted, "note": estimate.note}
+
+
+def _components(values: Array) -> dict[str, float | None]:
+    return {f"{name} [{_SI[kind]}]": _number(value) for (name, kind), value in zip(FORCE.items(), values, strict=True)}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
