@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +15,14 @@ from softhand.identification.fitting.settling import settle
 from softhand.identification.record import Measurements
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 
 FOLDS = 5
 _APART = 2.0  # standard errors of the difference from which two laws count as different
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Record):
     """How well a law foretells what it was not fitted to.
 
     Attributes:
@@ -34,6 +36,9 @@ class Score:
         failure: why the law could not be fitted; "" if it could.
         is_best: whether no law is clearly better.
     """
+
+    units: ClassVar = {"fitted": "1", "error": "N, N m, N m, N m", "total": "1"}
+    unreported: ClassVar = frozenset({"squares"})
 
     name: str
     fitted: int

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from softhand.errors import MeasurementError
 from softhand.identification.comparison import Score, compare_laws
@@ -13,40 +14,51 @@ from softhand.identification.files.lengths import read_length
 from softhand.identification.fit import Fit, fit_law
 from softhand.identification.measurements import read_measurements
 from softhand.identification.record import Measurements
-from softhand.identification.report import coefficient_rows, scatter_rows, score_rows, to_json, toml_snippet
+from softhand.identification.report import coefficient_rows, scatter_rows, score_rows, toml_snippet
 from softhand.identification.residuals.estimates import Estimate
 from softhand.identification.residuals.findings import Finding
 from softhand.laws.law import Law
+from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 from softhand.plugins import find_plugin, plugin_names
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(Record):
     """A fingertip law identified from measurements.
 
     Attributes:
         law_name: of the law, as in a scenario.
-        fit: values, intervals, residuals.
+        radius: of the tip [m].
+        level: of the intervals, such as 0.95.
+        coefficients: value, interval and note of each coefficient of the law, by its name.
+        dr_offset: the same of what is to be added to the column dr [m].
+        findings: what the residuals show, in words.
+        noise: standard deviation of the residuals of Fr [N], Ftheta, Fphi, Fpsi [N m], shape (4,).
+        repeats: the same of repeated settings about their means, shape (4,).
         scores: of all laws by cross-validation, the best first; empty if they were not compared.
         not_compared: why they were not; "" if they were, or were not to be.
         friction: coefficient mu that `to_toml` writes, if given.
+        fit: the law at these coefficients, and the measurements.
     """
 
+    units: ClassVar = {
+        "radius": "m", "level": "1", "noise": "N, N m, N m, N m", "repeats": "N, N m, N m, N m", "friction": "1",
+    }  # fmt: skip
+    unreported: ClassVar = frozenset({"fit"})
+
     law_name: str
+    radius: float
+    level: float
+    coefficients: dict[str, Estimate]
+    dr_offset: Estimate
+    findings: tuple[Finding, ...]
+    noise: Array
+    repeats: Array
+    scores: tuple[Score, ...]
+    not_compared: str
+    friction: float | None
     fit: Fit
-    scores: tuple[Score, ...] = ()
-    not_compared: str = ""
-    friction: float | None = None
-
-    @property
-    def coefficients(self) -> tuple[Estimate, ...]:
-        """Value, interval and note of each coefficient of the law."""
-        return self.fit.estimates
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What the residuals show."""
-        return self.fit.findings
 
     def law(self) -> Law:
         """The fitted law, for `softhand.simulate(..., law=...)`.
@@ -67,10 +79,6 @@ class Identification:
     def score_rows(self) -> list[tuple[str, ...]]:
         """Law, number of coefficients, error at settings that it was not fitted to, in all and by component."""
         return score_rows(self.scores)
-
-    def to_json(self) -> str:
-        """All of it as JSON: keys with units, null for what is not told."""
-        return to_json(self.fit, self.law_name, self.scores)
 
     def to_toml(self) -> str:
         """The section `[fingertip]` of a scenario."""
@@ -117,17 +125,24 @@ def identify(
         )
     measurements = data if isinstance(data, Measurements) else read_measurements(
         [data] if isinstance(data, str | Path) else list(data))  # fmt: skip
-    tip = _radius(measurements, radius)
-    fit = fit_law(measurements, law_class, tip, fix, level)
-    if not compare:
-        return Identification(name, fit, friction=friction)
+    fit = fit_law(measurements, law_class, _radius(measurements, radius), fix, level)
+    scores, not_compared = _compare(fit, name, fix or {}, progress) if compare else ((), "")
+    return Identification(
+        name, fit.radius, level, {estimate.name: estimate for estimate in fit.estimates}, fit.offset, fit.findings,
+        fit.noise, fit.repeats, scores, not_compared, friction, fit,
+    )  # fmt: skip
+
+
+def _compare(
+    fit: Fit, name: str, fixed: Mapping[str, float], progress: Callable[[float], None] | None
+) -> tuple[tuple[Score, ...], str]:
+    """Scores of all laws, and why there are none."""
     laws = {other: find_plugin("laws", other, "laws") for other in plugin_names("laws")}
-    laws |= {name: law_class}
+    laws[name] = fit.law_class
     try:
-        scores = compare_laws(measurements, laws, tip, {name: fix or {}}, progress=progress)
+        return tuple(compare_laws(fit.measurements, laws, fit.radius, {name: fixed}, progress=progress)), ""
     except MeasurementError as error:
-        return Identification(name, fit, not_compared=str(error), friction=friction)
-    return Identification(name, fit, tuple(scores), friction=friction)
+        return (), str(error)
 
 
 def _radius(measurements: Measurements, radius: float | str | None) -> float:

@@ -1,20 +1,16 @@
-"""A fit in words: rows of tables, a JSON text, and the section of a scenario."""
+"""A fit in words: rows of tables, and the section of a scenario."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 
 from softhand.identification.comparison import Score
 from softhand.identification.files.header import FORCE
 from softhand.identification.fit import Fit
-from softhand.identification.residuals.estimates import Estimate
-from softhand.numerics.arrays import Array
 from softhand.settings.wording import show
 
 _SHOWN = {"force": ("N", 1.0), "moment": ("N mm", 1e3)}
-_SI = {"force": "N", "moment": "N m"}
 
 
 def coefficient_rows(fit: Fit) -> list[tuple[str, ...]]:
@@ -78,50 +74,3 @@ def toml_snippet(fit: Fit, name: str, friction: float | None = None) -> str:
             lines.append(f"{estimate.name} = {estimate.value!r}  # {unit} {ends}")
     lines += [f"{key} = {show(value)}" for key, value in fit.others().items()]
     return "\n".join(lines) + "\n"
-
-
-def to_json(fit: Fit, name: str, scores: Sequence[Score]) -> str:
-    """All of it as JSON: SI units in the keys, null for what is not told."""
-    return json.dumps(
-        {
-            "law": name,
-            "radius [m]": fit.radius,
-            "rows": len(fit.measurements),
-            "level": fit.level,
-            "coefficients": {_key(estimate): _told(estimate) for estimate in fit.estimates},
-            _key(fit.offset): _told(fit.offset),
-            "scatter of residuals": _components(fit.noise),
-            "scatter of repeats": _components(fit.repeats),
-            "findings": [{"kind": finding.kind, "text": finding.text} for finding in fit.findings],
-            "comparison": [
-                {
-                    "law": score.name,
-                    "fitted": score.fitted,
-                    "error": _number(score.total),
-                    "errors": _components(score.error),
-                    "best": score.is_best,
-                    "failure": score.failure,
-                }
-                for score in scores
-            ],
-        },
-        allow_nan=False,
-        indent=2,
-    )
-
-
-def _key(estimate: Estimate) -> str:
-    return f"{estimate.name} [{estimate.coefficient.unit or '1'}]"
-
-
-def _told(estimate: Estimate) -> dict[str, object]:
-    numbers = {name: _number(getattr(estimate, name)) for name in ("value", "low", "high")}
-    return {**numbers, "fitted": estimate.is_fitted, "note": estimate.note}
-
-
-def _components(values: Array) -> dict[str, float | None]:
-    return {f"{name} [{_SI[kind]}]": _number(value) for (name, kind), value in zip(FORCE.items(), values, strict=True)}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from softhand.errors import MeasurementError
 from softhand.laws.law import Law
-from softhand.settings.notes import field_notes, unit_of
+from softhand.settings.wording import unit_of
 
 OFFSET = "dr_offset"
 """Not of the law but of the experiment: what is to be added to the column dr, since touch is hard to see."""
@@ -26,7 +26,7 @@ class Coefficient:
         lower: lowest value that the law takes.
         upper: highest.
         closed: whether it takes `lower` and `upper` themselves.
-        unit: from the docstring of the law, "" if it says none.
+        unit: from the description of the field, "" if it says none.
     """
 
     name: str
@@ -51,7 +51,6 @@ class Coefficient:
 
 def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
     """The fields of a law that are numbers, without the radius."""
-    notes = field_notes(law_class)
     found = []
     for name, field in law_class.model_fields.items():
         if name == "radius" or field.annotation is not float:
@@ -62,7 +61,7 @@ def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
         default = None if field.is_required() else float(field.default)
         signs = [sign for value, sign in limits if value is not None]
         closed = ("gt" not in signs, "lt" not in signs)
-        found.append(Coefficient(name, default, lower, upper, closed, unit_of(notes.get(name, ""))))
+        found.append(Coefficient(name, default, lower, upper, closed, unit_of(field.description)))
     return found
 
 

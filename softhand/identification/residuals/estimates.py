@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,14 +13,15 @@ from softhand.identification.fitting.coefficients import Coefficient, coefficien
 from softhand.identification.fitting.settling import Settled
 from softhand.identification.residuals.intervals import find_intervals
 from softhand.identification.residuals.judgement import Judgement
+from softhand.numerics.record import Record
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Record):
     """One coefficient.
 
     Attributes:
-        coefficient: which, with its unit and limits.
+        coefficient: which, with its limits.
         value: in SI; NaN if the data do not tell it.
         low: lower end of the confidence interval.
         high: upper end.
@@ -26,12 +29,19 @@ class Estimate:
         is_fitted: False for one that was fixed or left at its default.
     """
 
+    unreported: ClassVar = frozenset({"coefficient"})
+
     coefficient: Coefficient
     value: float
     low: float = math.nan
     high: float = math.nan
     note: str = ""
     is_fitted: bool = True
+
+    @property
+    def units(self) -> Mapping[str, str]:  # type: ignore[override]  # each has its own
+        """Unit of the value and of both ends."""
+        return dict.fromkeys(("value", "low", "high"), self.coefficient.unit or "1")
 
     @property
     def name(self) -> str:

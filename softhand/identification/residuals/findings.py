@@ -13,12 +13,13 @@ from softhand.identification.residuals.estimates import Estimate
 from softhand.identification.residuals.intervals import find_intervals
 from softhand.identification.residuals.judgement import Judgement
 from softhand.identification.residuals.patterns import SHOWN
+from softhand.numerics.record import Record
 
 _MATTERS = 1.3  # times that a known touch would make an interval narrower, from which it is told
 
 
 @dataclass(frozen=True)
-class Finding:
+class Finding(Record):
     """One thing that the residuals show or hide.
 
     Attributes:
