@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand.identification.measurements import EXAMPLE
+from softhand.identification.record import EXAMPLE
 from softhand.laws.nakashima import Nakashima
 
 LAW = Nakashima(radius=0.010, k_r=0.377e6, k_phi=0.166e6, k_theta=0.0266e9, k_psi=0.0488e9)

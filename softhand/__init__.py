@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposal, Proposals, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
     from softhand.grasping.workspace import Workspace, workspace
+    from softhand.identification.identify import Identification, identify
     from softhand.laws.law import Law
     from softhand.plant.plant import Plant
     from softhand.plant.state import State
@@ -84,6 +85,7 @@ _HOMES = {
         "SimulationStopped",
         "SofthandError",
     ),
+    "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),
     "plant.state": ("State",),
     "plots": ("draw_run", "save_figure"),

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.errors import MeasurementError
-from softhand.identification.fit import fit_law
-from softhand.identification.measurements import Measurements
+from softhand.errors import LawError, MeasurementError
+from softhand.identification.fitting.settling import settle
+from softhand.identification.record import Measurements
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 
 FOLDS = 5
 _APART = 2.0  # standard errors of the difference from which two laws count as different
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Record):
     """How well a law foretells what it was not fitted to.
 
     Attributes:
@@ -34,6 +36,9 @@ class Score:
         failure: why the law could not be fitted; "" if it could.
         is_best: whether no law is clearly better.
     """
+
+    units: ClassVar = {"fitted": "1", "error": "N, N m, N m, N m", "total": "1"}
+    unreported: ClassVar = frozenset({"squares"})
 
     name: str
     fitted: int
@@ -114,16 +119,15 @@ def _score(
     there = np.isfinite(measurements.force)
     size = _rms(measurements.force, there)
     try:
-        whole = fit_law(measurements, law_class, radius, fixed)
-        fitted = sum(estimate.is_fitted for estimate in whole.estimates)
+        whole = settle(measurements, law_class, radius, fixed)
+        fitted = len(whole.solution.model.free) - len(whole.lost)
         for fold in range(folds):
-            rest, out = measurements.select(parts != fold), parts == fold
-            fit = fit_law(rest, law_class, radius, fixed)
-            imposed = np.column_stack([measurements.deformation, measurements.phi])[out]
-            held_out[out] = measurements.force[out] - fit.force(imposed)
+            out = parts == fold
+            found = settle(measurements.select(~out), law_class, radius, fixed).solution
+            held_out[out] = measurements.force[out] - found.model.at(found.values, measurements.imposed[out])
             if report is not None:
                 report(fold + 1)
-    except MeasurementError as error:
+    except (MeasurementError, LawError) as error:
         nothing = np.full(4, np.nan)
         return Score(name, 0, nothing, math.inf, np.full(folds, math.inf), str(error))
     share = (held_out / size) ** 2
@@ -146,4 +150,4 @@ def _marked(score: Score, best: Score) -> Score:
     difference = score.squares - best.squares
     doubt = float(np.std(difference, ddof=1)) / math.sqrt(len(difference)) if len(difference) > 1 else 0.0
     is_best = score is best or float(np.mean(difference)) <= _APART * doubt
-    return Score(**{**score.__dict__, "is_best": is_best})
+    return replace(score, is_best=is_best)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.identification.measurements import Measurements
+from softhand.identification.record import Measurements
 
 DR, DTHETA, DPHI, DPSI, PHI = range(5)
 _VARIED = {0: (DR,), 1: (DTHETA,), 2: (DPHI,), 3: (DPSI, DR)}
@@ -34,7 +34,7 @@ class Sweep:
 
 def find_sweeps(measurements: Measurements, component: int) -> list[Sweep]:
     """Up to four series of a component, those of large contact angles first; none if nothing was varied alone."""
-    imposed = np.round(np.column_stack([measurements.deformation, measurements.phi]), 9)
+    imposed = np.round(measurements.imposed, 9)
     there = np.flatnonzero(np.isfinite(measurements.force[:, component]))
     found = []
     for varied in _VARIED[component]:

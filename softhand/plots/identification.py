@@ -43,7 +43,7 @@ def draw_fit(fit: Fit, name: str) -> Figure:
             Line2D([], [], color=_LAW, lw=1.6, label=f"law {name}, fitted"),
         ]
         draw_legend(figure, handles, from_top(figure, 0.34), loc="upper left")
-        lost = [e.coefficient.name for e in fit.estimates if e.is_fitted is False and not np.isfinite(e.value)]
+        lost = [e.name for e in fit.estimates if not np.isfinite(e.value)]
         top = draw_title(figure, "Identification", f"Not told by the data: {', '.join(lost)}" if lost else "")
         bottom = 0.42 / float(figure.get_figheight())
         grid = figure.add_gridspec(len(measured), 1, left=0.075, right=0.985, bottom=bottom,
@@ -81,7 +81,7 @@ def _draw_component(figure: Figure, place: SubplotSpec, fit: Fit, component: int
 def _draw_sweep(upper: Axes, lower: Axes, fit: Fit, sweep: Sweep) -> None:
     c, scale = sweep.component, _SCALE[sweep.component]
     unit = 1e3 if sweep.varied == DR else DEGREES
-    x = unit * np.column_stack([fit.measurements.deformation, fit.measurements.phi])[sweep.rows, sweep.varied]
+    x = unit * fit.measurements.imposed[sweep.rows, sweep.varied]
     force, residual = scale * fit.measurements.force[sweep.rows, c], scale * fit.residual[sweep.rows, c]
     places = np.unique(np.round(x, 6))
     groups = [force[np.isclose(x, place)] for place in places]

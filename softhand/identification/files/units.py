@@ -12,8 +12,11 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0},
     "force": {"N": 1.0, "mN": 1e-3},
     "moment": {"N m": 1.0, "N mm": 1e-3, "mN m": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
 }
 """SI value of each unit, by the kind of the quantity."""
+
+_LONGEST = 20  # letters of a unit that are repeated in a message
 
 
 def scale_of(unit: str, kind: str, where: str) -> float:
@@ -31,11 +34,12 @@ def scale_of(unit: str, kind: str, where: str) -> float:
     if _squeeze(unit) in plain:
         return plain[_squeeze(unit)]
     allowed = ", ".join(f"[{name}]" for name in UNITS[kind])
+    shown = unit if len(unit) <= _LONGEST else unit[: _LONGEST - 3] + "..."
     other = next((name for name, units in UNITS.items() if _squeeze(unit) in map(_squeeze, units)), None)
-    near = nearest(unit, UNITS[kind])
+    near = nearest(shown, UNITS[kind])
     hint = f" [{unit}] is a unit of {other}." if other else f" Did you mean [{near}]?" if near else ""
     raise MeasurementError(
-        f"{where}: got the unit [{unit}], but it is a {kind} and must be in one of {allowed}.{hint}",
+        f"{where}: got the unit [{shown}], but it is a {kind} and must be in one of {allowed}.{hint}",
         column=where, value=unit,
     )  # fmt: skip
 

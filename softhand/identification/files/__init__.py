@@ -1,0 +1,1 @@
+"""CSV files from anywhere: lines, cells, columns, units."""

@@ -1,0 +1,131 @@
+"""A fingertip law as a function of its coefficients, at the settings of some measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.errors import LawError
+from softhand.identification.fitting.coefficients import OFFSET, check_fixed, coefficients_of, offset_of
+from softhand.identification.polar import polar_force
+from softhand.identification.record import Measurements
+from softhand.laws.law import Law
+from softhand.numerics.arrays import Array
+
+BAD = 1e30
+"""Stands in for a force that is no number."""
+
+_KEPT = 64  # values whose forces are remembered; a solver asks for the same ones again
+_STEP = 6e-6  # of central differences, the cube root of the rounding
+
+
+class Model:
+    """Forces of a law at the settings of some measurements, as a function of the coefficients that are fitted.
+
+    Attributes:
+        law_class: the law.
+        radius: of the tip [m].
+        fixed: fields that are not fitted, by name.
+        free: those that are.
+        settings: the different dr, dtheta, dphi, dpsi, phi, shape (k, 5).
+        setting: of each measured number, shape (m,).
+        component: 0 to 3 for Fr, Ftheta, Fphi, Fpsi of each of them, shape (m,).
+        row: of the measurements of each of them, shape (m,).
+        measured: the numbers, shape (m,).
+        lower: limits of `free`, shape (p,).
+        upper: likewise.
+
+    Raises:
+        MeasurementError: a fixed field is none of the law, or a field that cannot be fitted has no value.
+        LawError: the formula does not give four numbers.
+    """
+
+    def __init__(
+        self,
+        measurements: Measurements,
+        law_class: type[Law],
+        radius: float,
+        fixed: Mapping[str, object] | None = None,
+        with_offset: bool = False,
+    ) -> None:
+        self.law_class, self.radius = law_class, radius
+        self.fixed = check_fixed(law_class, fixed or {})
+        self.free = [coefficient for coefficient in coefficients_of(law_class) if coefficient.name not in self.fixed]
+        if with_offset:
+            self.free.append(offset_of(radius))
+        self.settings, number = np.unique(measurements.imposed, axis=0, return_inverse=True)
+        self.row, self.component = np.nonzero(np.isfinite(measurements.force))
+        self.setting = number.ravel()[self.row]
+        self.measured = measurements.force[self.row, self.component]
+        self.lower = np.array([coefficient.lower for coefficient in self.free])
+        self.upper = np.array([coefficient.upper for coefficient in self.free])
+        self._known: dict[bytes, Array] = {}
+        self._try()
+
+    def forces(self, values: Array) -> Array:
+        """Forces of the law where they were measured, shape (m,)."""
+        key = values.tobytes()
+        if key not in self._known:
+            if len(self._known) == _KEPT:
+                self._known.clear()
+            self._known[key] = self.at(values, self.settings)[self.setting, self.component]
+        return self._known[key]
+
+    def at(self, values: Array, settings: Array) -> Array:
+        """Forces of the law.
+
+        Args:
+            values: of the free coefficients, shape (p,).
+            settings: dr, dtheta, dphi, dpsi, phi as measured, shape (n, 5).
+
+        Returns:
+            Fr [N], Ftheta, Fphi, Fpsi [N m]; huge where the law gives no number, shape (n, 4).
+        """
+        by_name = {**self.fixed, **dict(zip((c.name for c in self.free), map(float, values), strict=True))}
+        names = [name for name in self.law_class.model_fields if name != "radius"]
+        arguments = [self.radius, *(float(by_name[name]) for name in names)]  # type: ignore[arg-type]
+        imposed = settings + float(by_name.get(OFFSET, 0.0)) * np.eye(5)[0]  # type: ignore[arg-type]
+        result = np.empty((len(settings), 4))
+        for k, setting in enumerate(imposed.tolist()):
+            try:
+                result[k] = polar_force(self.law_class, arguments, setting)
+            except (ArithmeticError, ValueError, TypeError):  # outside of what the formula can take
+                result[k] = math.nan
+        return np.where(np.isfinite(result), result, BAD)
+
+    def slope(self, values: Array, linear: NDArray[np.bool_]) -> Array:
+        """Derivatives of `forces`, exact for linear coefficients, else by central differences, shape (m, p).
+
+        Args:
+            values: of the free coefficients, shape (p,).
+            linear: in which of them the forces are affine, shape (p,).
+        """
+        columns, here = [], self.forces(values)
+        for k, value in enumerate(values):
+            upper, lower = values.copy(), values.copy()
+            if linear[k]:
+                upper[k] += max(abs(value), 1e-6)
+                columns.append((self.forces(upper) - here) / (upper[k] - value))
+                continue
+            step = _STEP * (self.radius if self.free[k].name == OFFSET else max(abs(value), 1e-6))
+            upper[k] += step
+            lower[k] -= step
+            columns.append((self.forces(upper) - self.forces(lower)) / (upper[k] - lower[k]))
+        return np.column_stack(columns) if columns else np.zeros((len(self.measured), 0))
+
+    def _try(self) -> None:
+        """The formula gives four numbers, or fails in a way that other coefficients can mend."""
+        name, arguments = self.law_class.__name__, [self.radius, *(1.0 for _ in self.law_class.model_fields)][:-1]
+        try:
+            found = polar_force(self.law_class, arguments, self.settings[0].tolist())
+        except (ArithmeticError, ValueError) as error:
+            if "unpack" not in str(error):
+                return
+            raise LawError(f"law '{name}': its force must return four numbers: {error}.", law=name) from error
+        except Exception as error:
+            raise LawError(f"law '{name}': its force cannot be computed: {error!r}.", law=name) from error
+        if np.shape(found) != (4,) or not all(isinstance(number, int | float) for number in found):
+            raise LawError(f"law '{name}': its force must return four numbers, got {found!r}."[:300], law=name)

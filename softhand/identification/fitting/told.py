@@ -1,0 +1,71 @@
+"""What the data do not tell: coefficients that nothing depends on, that come only together, that end at a limit."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+import numpy as np
+
+from softhand.errors import MeasurementError
+from softhand.identification.files.header import FORCE
+from softhand.identification.fitting.coefficients import Coefficient
+from softhand.identification.fitting.model import BAD
+from softhand.identification.fitting.solving import SINGULAR, Solution, scaled
+
+_SILENT = 1e-10  # a coefficient that moves the forces less than this share of them is not seen
+_SHARE = 0.05  # of a direction that the data do not see, from which a coefficient belongs to it
+_AT_LIMIT = 1e-6  # of the change of a coefficient that makes forces of the size of those measured
+
+
+def find_lost(solution: Solution) -> dict[Coefficient, str]:
+    """Coefficients that the data do not tell, with the reason."""
+    free, largest = solution.model.free, np.max(np.abs(solution.model.measured), initial=1e-300)
+    reach = np.max(np.abs(solution.slope * solution.values), axis=0, initial=0.0) / largest
+    # a linear coefficient that is not seen leaves exact zeros, the differences of another one leave rounding
+    silent = np.where(solution.linear, ~solution.slope.any(axis=0), reach <= _SILENT)
+    lost = {free[k]: "not told: no measured number depends on it" for k in np.flatnonzero(silent)}
+    heard = np.flatnonzero(~silent)
+    if heard.size:
+        _, singular, right = np.linalg.svd(scaled(solution.weighted_slope[:, heard])[0], full_matrices=False)
+        for direction in right[singular <= SINGULAR * singular[0]]:
+            together = [free[heard[k]] for k in np.flatnonzero(np.abs(direction) > _SHARE)]
+            names = " and ".join(coefficient.name for coefficient in together)
+            for coefficient in together:
+                lost[coefficient] = f"not told: the data depend on {names} only together"
+    return lost
+
+
+def find_limits(solution: Solution) -> dict[Coefficient, float]:
+    """Coefficients whose best value is a limit of the law, with that limit."""
+    size = np.linalg.norm(solution.weight * solution.model.measured)
+    length = np.linalg.norm(solution.weighted_slope, axis=0)
+    margin = _AT_LIMIT * size / np.where(length > 0.0, length, np.inf)
+    found = {}
+    for coefficient, value, near in zip(solution.model.free, solution.values, margin, strict=True):
+        for limit in (coefficient.lower, coefficient.upper):
+            if np.isfinite(limit) and abs(value - limit) <= max(near, 1e-9 * abs(limit)):
+                found[coefficient] = limit
+    return found
+
+
+def held_at_limits(solution: Solution, lost: Container[Coefficient]) -> dict[str, float]:
+    """Coefficients whose best value is a limit that the law takes, with that limit.
+
+    Raises:
+        MeasurementError: the law does not take the limit, so that the best value lies outside of what it allows.
+    """
+    law = solution.model.law_class.__name__
+    limits = {coefficient: limit for coefficient, limit in find_limits(solution).items() if coefficient not in lost}
+    for coefficient, limit in limits.items():
+        if not coefficient.takes(limit):
+            raise MeasurementError(
+                f"{law}: the best {coefficient.name} lies at {limit:g} or beyond, outside of what the law allows "
+                f"({coefficient.limits}). Either the law does not fit the data, or a sign is wrong: positive dr, "
+                f"dtheta, dphi, dpsi give positive {', '.join(FORCE)}.",
+                column=coefficient.name, value=limit,
+            )  # fmt: skip
+    if np.any(solution.model.forces(solution.values) >= BAD):
+        raise MeasurementError(
+            f"{law}: no coefficients were found at which the law gives a number at all settings.", column="", value=None
+        )
+    return {coefficient.name: limit for coefficient, limit in limits.items()}
