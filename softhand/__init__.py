@@ -2,8 +2,7 @@
 
     import softhand
 
-    scenario = softhand.load_scenario("target-a")
-    recording = softhand.simulate(scenario)
+    recording = softhand.simulate("target-a", mass=0.3)
     recording.save("run.nc")
 
 Names are imported when they are first used, so that the command line starts at once.

@@ -164,6 +164,22 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
     return found
 
 
+def plugin_name(kind: str, plugin: type[Any]) -> str:
+    """The name of a class of a kind; that of the class itself if it was handed over without being known."""
+    target = f"{plugin.__module__}:{plugin.__qualname__}"
+    known = [name for name, other in SHIPPED[kind].items() if other == target]
+    known += [name for name, other in _from_files[kind].items() if other is plugin]
+    known += [name for name, entry in _foreign(kind).items() if not known and _loads(entry, plugin)]
+    return known[0] if known else plugin.__name__
+
+
+def _loads(entry: EntryPoint, plugin: type[Any]) -> bool:
+    try:
+        return entry.load() is plugin
+    except Exception:  # told where it is asked for
+        return False
+
+
 def describe_plugin(kind: str, name: str) -> str:
     """First line of the docstring of a plugin."""
     documentation = inspect.getdoc(find_plugin(kind, name, kind)) or ""

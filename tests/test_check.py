@@ -16,6 +16,8 @@ from hands import HAND_URDF, make_named_task
 from softhand.assembly.build import build
 from softhand.checks.scenario import Checkup, check_scenario, fastest_frequency
 from softhand.dampings.kelvin_voigt import KelvinVoigt
+from softhand.errors import ModelError
+from softhand.model.body import ObjectModel
 from softhand.plugins import SHIPPED, find_plugin
 from softhand.scenario.file import find_scenario, resolve_path, scenario_names
 from softhand.scenario.scenario import load_scenario, with_law
@@ -169,6 +171,43 @@ def test_check_of_a_doubtful_urdf_warns(tmp_path: Path) -> None:
     file.write_text((DATA / "good.urdf").read_text().replace('xyz="0.06 0 0"', 'xyz="50 0 0"', 1))
     result = run(str(file))
     assert result.returncode == 0 and "warning:" in result.stdout and "is it in millimetres?" in result.stdout
+
+
+def tent(pit: float) -> str:
+    """A pyramid 50 mm high, as OBJ, with a hollow of that height under it."""
+    corners = "v -0.02 -0.02 0\nv 0.02 -0.02 0\nv 0.02 0.02 0\nv -0.02 0.02 0\n"
+    sides = [(1, 2), (2, 3), (3, 4), (4, 1)]
+    faces = [f"f {a} {b} 5\nf {b} {a} 6\n" for a, b in sides]
+    return f"{corners}v 0 0 0.05\nv 0 0 {pit}\n{''.join(faces)}"
+
+
+INERTIAL = (
+    '<inertial><mass value="0.05"/><inertia ixx="2e-5" iyy="2e-5" izz="1.5e-5" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+
+
+@pytest.mark.parametrize(
+    ("shape", "words"),
+    [
+        ('<mesh filename="tent.obj"/>', "is not convex: its surface at"),
+        ("", "an object needs exactly one collision shape, a <box>, <sphere>, <cylinder>, <mesh>; found: none"),
+    ],
+)
+def test_check_of_an_object_that_tips_cannot_touch_warns(shape: str, words: str, tmp_path: Path) -> None:
+    """As every scenario refuses it as it is, with the remedy; the hull of the hollow one is taken when asked for."""
+    (tmp_path / "tent.obj").write_text(tent(0.02))
+    collision = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
+    text = f'<robot name="t"><link name="t">{INERTIAL}{collision}</link></robot>'
+    (tmp_path / "tent.urdf").write_text(text)
+    result = run(str(tmp_path / "tent.urdf"))
+    told = " ".join(result.stdout.split())
+    assert result.returncode == 0 and f"warning: {tmp_path / 'tent.urdf'}: " in told and words in told
+    assert run(str(tmp_path / "tent.urdf"), "-q").stdout == ""
+    if shape:
+        assert "set object.hull = true" in told
+        assert len(ObjectModel.read(tmp_path / "tent.urdf", hull=True).build()[1].faces()) == 5
+    with pytest.raises(ModelError, match=words):
+        ObjectModel.read(tmp_path / "tent.urdf").build()
 
 
 def test_check_of_a_scenario_explains_it() -> None:

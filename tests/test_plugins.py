@@ -8,7 +8,8 @@ import pytest
 
 from softhand import Controller, Law, Reference, ScenarioError, Stepper, load_scenario, simulate
 from softhand.dampings.damping import Damping
-from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_names
+from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_name, plugin_names
+from softhand.settings.toml import tomllib
 
 BASES = {"laws": Law, "dampings": Damping, "controllers": Controller, "references": Reference, "steppers": Stepper}
 ALL = [(kind, name) for kind, names in SHIPPED.items() for name in names]
@@ -66,6 +67,28 @@ def test_a_broken_entry_point_is_named(tmp_path, monkeypatch, target, words):
     install(tmp_path, monkeypatch, target)
     with pytest.raises(ScenarioError, match=words):
         find_plugin("laws", "gel", "fingertip.law")
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_a_class_has_the_name_that_finds_it(kind, name):
+    """`plugin_name` is the inverse of `find_plugin`."""
+    assert plugin_name(kind, find_plugin(kind, name, "key")) == name
+
+
+def test_what_is_handed_over_is_recorded_by_its_name(tmp_path, monkeypatch):
+    """That of the plugin if it is one, so that the run can be repeated from its scenario; else that of the class."""
+
+    class Unknown(find_plugin("laws", "radial", "key")):
+        """A law that nobody has told of."""
+
+    install(tmp_path, monkeypatch, "gel_package:Gel")
+    gel = find_plugin("laws", "gel", "key")
+    assert (plugin_name("laws", gel), plugin_name("laws", Unknown)) == ("gel", "Unknown")
+    blind = find_plugin("controllers", "blind", "key")
+    recording = simulate("target-a", blind(), gel(radius=0.01, k=3000.0), duration=0.005)
+    kept = tomllib.loads(recording.scenario)
+    assert (kept["controller"]["name"], kept["fingertip"]["law"], kept["fingertip"]["k"]) == ("blind", "gel", 3000.0)
+    assert "k_r" not in kept["fingertip"]
 
 
 def test_an_unknown_name_gives_the_nearest(tmp_path):

@@ -304,10 +304,13 @@ def mutated_texts(draw: st.DrawFn) -> str:
 def check_is_refused_or_sound(text: str, floating: bool) -> None:
     """Either one ModelError that names the file, or a model whose dynamics are numbers at any state."""
     try:
-        model = model_of(text, OBJECT if floating else HAND)
+        urdf = Urdf.parse(text, GOOD, OBJECT if floating else HAND)
+        model = build_model(urdf)
     except ModelError as error:
         assert str(error).startswith(str(GOOD))
         return
+    more = urdf.with_link("added", "added", urdf.tree.root, (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
+    assert list(Urdf.parse(more.text, GOOD).tree.links) == list(more.tree.links)
     data, rng = model.createData(), np.random.default_rng(0)
     for _ in range(3):
         q = pin.integrate(model, pin.neutral(model), rng.normal(size=model.nv))

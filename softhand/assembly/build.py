@@ -2,64 +2,90 @@
 
 from __future__ import annotations
 
-from softhand.assembly.parts import read_controller, read_reference, read_start, read_stepper, resolved
-from softhand.assembly.plant import read_grasp, read_supports, read_world
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from softhand.assembly.parts import read_start
+from softhand.assembly.resolve import Setup, resolve
 from softhand.controllers.controller import Controller
 from softhand.laws.law import Law
 from softhand.plant.plant import Plant
 from softhand.recording.recording import Recording
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.pushes import Push
 from softhand.simulation.simulation import Progress, Simulation
 
 
-def build(scenario: Scenario, controller: Controller | None = None, law: Law | None = None) -> Simulation:
+def build(
+    scenario: Scenario | str | Path,
+    controller: Controller | None = None,
+    law: Law | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    **values: Any,
+) -> Simulation:
     """Load the model, solve the start and put everything together.
 
+        simulation = softhand.build("target-a", mass=0.3, overrides={"reference.duration": 0.5})
+
     Args:
-        scenario: what to run.
+        scenario: what to run: from `load_scenario`, the name of one that ships, or the path of a TOML file.
         controller: used in place of the scenario's, for one that is not a plugin.
         law: used at all tips in place of the scenario's fingertip laws, likewise.
+        overrides: dotted keys and values put over those of the scenario.
+        values: the same by the last part of the key, where there is only one such key.
 
     Raises:
-        ScenarioError: a name or a setting of a plugin is wrong.
+        ScenarioError: a key, a value, a name or a setting of a plugin is wrong.
         ModelError: a URDF cannot be used.
         GraspError: there is no grasp at rest.
         LawError: the fingertip law cannot be compiled.
     """
-    controller = controller or read_controller(scenario)
-    stepper, reference = read_stepper(scenario), read_reference(scenario)
-    world = read_world(scenario)
-    fingertips, grasp = read_grasp(scenario, world, law)
-    plant = Plant(world, fingertips, read_supports(scenario, world, fingertips))
+    return assemble(resolve(as_scenario(scenario, overrides, **values), controller, law))
+
+
+def assemble(setup: Setup) -> Simulation:
+    """Put everything together.
+
+    Raises:
+        LawError: a fingertip law cannot be compiled.
+    """
+    scenario = setup.scenario
+    plant = Plant(setup.world, setup.fingertips, setup.supports)
     return Simulation(
         plant=plant,
-        start=plant.with_supports(grasp.state),
-        controller=controller,
-        stepper=stepper,
-        reference=reference.start(read_start(scenario)),
+        start=plant.with_supports(setup.grasp.state),
+        controller=setup.controller,
+        stepper=setup.stepper,
+        reference=setup.reference.start(read_start(scenario)),
         duration=scenario.duration,
         control_period=scenario.control_period,
-        scenario=resolved(scenario, law, controller, stepper, reference).to_toml(),
+        scenario=scenario.to_toml(),
         pushes=[Push(**push.model_dump()) for push in scenario.push],
     )
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     controller: Controller | None = None,
     law: Law | None = None,
     progress: Progress | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    **values: Any,
 ) -> Recording:
     """Build a scenario and run it.
 
+        recording = softhand.simulate("target-a", mass=0.3)
+
     Args:
-        scenario: what to run, from `load_scenario`.
-        controller: used in place of the scenario's, for one that is not a plugin.
-        law: used at all tips in place of the scenario's fingertip laws, likewise.
+        scenario: as in `build`.
+        controller: likewise.
+        law: likewise.
         progress: called now and then with the simulated time [s].
+        overrides: as in `build`.
+        values: likewise.
 
     Raises:
         SofthandError: as `build` and `Simulation.run`.
     """
-    return build(scenario, controller, law).run(progress)
+    return build(scenario, controller, law, overrides, **values).run(progress)

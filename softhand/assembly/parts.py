@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from softhand.contact.pads import Fingertip
@@ -12,22 +13,59 @@ from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.model.shapes.box import Box
 from softhand.model.world import World
-from softhand.plugins import find_plugin, plugin_names
+from softhand.plugins import find_plugin, plugin_name
 from softhand.references.goal import Goal
 from softhand.references.reference import Motion, Reference
 from softhand.scenario.bodies import FACES
 from softhand.scenario.fingertip import FingertipSection
 from softhand.scenario.scenario import Scenario
-from softhand.settings.settings import read_settings
+from softhand.settings.settings import Settings, read_settings
 from softhand.start.grasp import faces_of
 from softhand.steppers.stepper import Stepper
 
 
+@dataclass(frozen=True)
+class TipMaterial:
+    """What a fingertip is made of, or all which have no table of their own.
+
+    Attributes:
+        section: what holds there.
+        law: with its parameters.
+        damping: that of the scenario, or of the law if it has none.
+    """
+
+    section: FingertipSection
+    law: Law
+    damping: Damping
+
+    def table(self) -> dict[str, Any]:
+        """The section with all parameters of law and damping."""
+        damping = {} if self.section.damping is None else {"damping": written("dampings", self.damping)}
+        return {**self.section.own(), **written("laws", self.law, "law"), **damping}
+
+
+def written(kind: str, settings: Settings, key: str = "name") -> dict[str, Any]:
+    """The table by which a scenario chooses a plugin with these settings."""
+    return {key: plugin_name(kind, type(settings)), **settings.model_dump(exclude_none=True)}
+
+
+def read_tip(scenario: Scenario, tip: str = "", law: Law | None = None) -> TipMaterial:
+    """The material of one fingertip, or of all which have no table of their own; with another law if given."""
+    own = tip in (scenario.fingertip.tips or {})
+    section, path = scenario.fingertip.at(tip), f"fingertip.tips.{tip}" if own else "fingertip"
+    if law is None:
+        law = read_settings(find_plugin("laws", section.law, f"{path}.law"), section.parameters, path)
+    assert law is not None
+    damping, chosen = law.damping, section.damping
+    if chosen is not None:
+        damping_class = find_plugin("dampings", chosen.name, f"{path}.damping.name")
+        damping = read_settings(damping_class, chosen.parameters, f"{path}.damping")
+    return TipMaterial(section, law, damping)
+
+
 def read_law(scenario: Scenario, tip: str = "") -> Law:
     """The law of one fingertip of a scenario with its parameters, or that of all which have none of their own."""
-    section, path = _at(scenario, tip)
-    law_class = find_plugin("laws", section.law, f"{path}.law")
-    return read_settings(law_class, section.parameters, path)
+    return read_tip(scenario, tip).law
 
 
 def read_laws(scenario: Scenario) -> tuple[Law, ...]:
@@ -35,48 +73,24 @@ def read_laws(scenario: Scenario) -> tuple[Law, ...]:
     return tuple(read_law(scenario, tip) for tip in scenario.hand.names)
 
 
-def read_damping(scenario: Scenario, law: Law, tip: str = "") -> Damping:
-    """The damping of one fingertip of a scenario, or of all; that of its law if it has none."""
-    section, path = _at(scenario, tip)
-    if section.damping is None:
-        return law.damping
-    damping_class = find_plugin("dampings", section.damping.name, f"{path}.damping.name")
-    return read_settings(damping_class, section.damping.parameters, f"{path}.damping")
-
-
-def _at(scenario: Scenario, tip: str) -> tuple[FingertipSection, str]:
-    """What holds at a tip, and the path of its table."""
-    section = scenario.fingertip
-    own = section.tips is not None and tip in section.tips
-    return (section.at(tip), f"fingertip.tips.{tip}") if own else (section, "fingertip")
-
-
-def read_controller(scenario: Scenario) -> Controller:
-    """The controller of a scenario with its settings."""
-    section = scenario.controller
-    controller: Controller = _read_plugin("controllers", section.name, section.parameters)
-    return controller
-
-
 def read_fingertips(scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None) -> list[Fingertip]:
     """The fingertips of a scenario, each with its face; with other laws, or one law at all, if given."""
     names = scenario.hand.names
-    laws = laws or read_laws(scenario)
-    laws = [laws] * len(names) if isinstance(laws, Law) else laws
+    others = [laws] * len(names) if laws is None or isinstance(laws, Law) else laws
     faces, face_friction = faces_of(world, scenario.grasp.contact_points), read_face_friction(scenario, world.shape)
     fingertips = []
-    for name, law, face in zip(names, laws, faces, strict=True):
-        tip, _ = _at(scenario, name)
+    for name, other, face in zip(names, others, faces, strict=True):
+        tip = read_tip(scenario, name, other)
         fingertips.append(
             Fingertip(
-                law,
-                tip.friction,
+                tip.law,
+                tip.section.friction,
                 face,
-                read_damping(scenario, law, name),
-                can_slip=tip.contact == "coulomb",
-                static_friction=tip.static_friction,
-                torsion_length=tip.torsion_length,
-                limit=tip.limit,
+                tip.damping,
+                can_slip=tip.section.contact == "coulomb",
+                static_friction=tip.section.static_friction,
+                torsion_length=tip.section.torsion_length,
+                limit=tip.section.limit,
                 face_friction=face_friction,
             )
         )
@@ -102,63 +116,20 @@ def read_face_friction(scenario: Scenario, shape: object) -> tuple[float, ...]:
     return tuple(table.get(name, 0.0) for name in FACES)
 
 
-def resolved(
-    scenario: Scenario, law: Law | None, controller: Controller, stepper: Stepper, reference: Reference
-) -> Scenario:
-    """The scenario with the defaults of its plugins written out, so that the run can be repeated from it.
-
-    Args:
-        scenario: as it is.
-        law: used in place of the laws of the scenario, if it was.
-        controller: used.
-        stepper: used.
-        reference: used.
-    """
-    tables: dict[str, Any] = {
-        "fingertip": _resolved_tip(scenario, law, ""),
-        "controller": {"name": _name("controllers", scenario.controller.name, controller), **_dump(controller)},
-        "stepper": {"name": scenario.stepper.name, **_dump(stepper)},
-        "reference": {"kind": scenario.reference.kind, **_dump(reference)},
-    }
-    tips = scenario.fingertip.tips or {}
-    if tips:
-        tables["fingertip"]["tips"] = {tip: _resolved_tip(scenario, law, tip) for tip in tips}
-    return scenario.with_values(tables)
-
-
-def _resolved_tip(scenario: Scenario, law: Law | None, tip: str) -> dict[str, Any]:
-    """The section `fingertip`, or the table of a tip, with the defaults of its law and its damping."""
-    section, _ = _at(scenario, tip)
-    used = law or read_law(scenario, tip)
-    table = {**section.own(), "law": _name("laws", section.law, used), **_dump(used)}
-    if section.damping is not None:
-        table["damping"] = {"name": section.damping.name, **_dump(read_damping(scenario, used, tip))}
-    if tip:
-        del table["contact"]
-    else:
-        table.pop("tips", None)
-    return table
-
-
-def _name(kind: str, name: str, used: Any) -> str:
-    """The name in the scenario, or that of the class if another one was handed over."""
-    known = name in plugin_names(kind) and type(used) is find_plugin(kind, name, "")
-    return name if known else type(used).__name__
-
-
-def _dump(settings: Any) -> dict[str, Any]:
-    return settings.model_dump(exclude_none=True)
-
-
-def _read_plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
-    section = kind[:-1]
-    return read_settings(find_plugin(kind, name, f"{section}.name"), parameters, section)
+def read_controller(scenario: Scenario) -> Controller:
+    """The controller of a scenario with its settings."""
+    section = scenario.controller
+    controller_class = find_plugin("controllers", section.name, "controller.name")
+    controller: Controller = read_settings(controller_class, section.parameters, "controller")
+    return controller
 
 
 def read_stepper(scenario: Scenario) -> Stepper:
     """The stepper of a scenario with its settings."""
     section = scenario.stepper
-    return _read_plugin("steppers", section.name, {"step": section.step, **section.parameters})
+    stepper_class = find_plugin("steppers", section.name, "stepper.name")
+    stepper: Stepper = read_settings(stepper_class, {"step": section.step, **section.parameters}, "stepper")
+    return stepper
 
 
 def read_reference(scenario: Scenario) -> Reference:
@@ -169,12 +140,8 @@ def read_reference(scenario: Scenario) -> Reference:
     for key in ("waypoints", "duration"):  # what a change of the kind may have left behind
         if key not in reference_class.model_fields and (key == "duration" or not table[key]):
             table.pop(key, None)
-    return read_settings(reference_class, table, "reference")
-
-
-def read_motion(scenario: Scenario) -> Motion:
-    """The reference of a scenario on its way from the start."""
-    return read_reference(scenario).start(read_start(scenario))
+    reference: Reference = read_settings(reference_class, table, "reference")
+    return reference
 
 
 def read_start(scenario: Scenario) -> Goal:
@@ -182,3 +149,8 @@ def read_start(scenario: Scenario) -> Goal:
     placed, grasp = scenario.object, scenario.grasp
     carried = 0.0 if grasp.opening else 1.0
     return Goal((*placed.position, *placed.rpy), grasp.internal_force, grasp.opening, carried)
+
+
+def read_motion(scenario: Scenario) -> Motion:
+    """The reference of a scenario on its way from the start."""
+    return read_reference(scenario).start(read_start(scenario))

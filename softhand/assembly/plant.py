@@ -45,18 +45,7 @@ def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingert
     if scenario.fingertip.tips_touch:
         supports += tips_on_tips(world, fingertips)
     for k, palm in enumerate(scenario.palm):
-        supports.append(
-            pad_on_hand(
-                world,
-                f"palm {k + 1}",
-                palm.frame,
-                palm.position,
-                palm.radius,
-                palm.friction,
-                palm.stiffness,
-                palm.damping,
-            )
-        )
+        supports.append(pad_on_hand(world, f"palm {k + 1}", **palm.model_dump()))
     return supports
 
 
@@ -71,27 +60,20 @@ def read_grasp(
     scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None
 ) -> tuple[list[Fingertip], Grasp]:
     """The fingertips of a scenario, as `read_fingertips`, and its grasp at rest."""
-    section, fingertips = scenario.grasp, read_fingertips(scenario, world, laws)
-    rotation = rotation_of(scenario.object.rpy)
+    fingertips = read_fingertips(scenario, world, laws)
+    return fingertips, solve_start(scenario, world, fingertips, read_supports(scenario, world, fingertips))
+
+
+def solve_start(
+    scenario: Scenario, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support]
+) -> Grasp:
+    """The start of a scenario at rest, in the grasp or with open fingers.
+
+    Raises:
+        GraspError: there is none.
+    """
+    section, position, rotation = scenario.grasp, scenario.object.position, rotation_of(scenario.object.rpy)
+    points, guess = section.contact_points, section.joint_guess
     if section.opening:
-        grasp = solve_open_start(
-            world,
-            fingertips,
-            section.contact_points,
-            section.opening,
-            scenario.object.position,
-            rotation,
-            read_supports(scenario, world, fingertips),
-            section.joint_guess,
-        )
-        return fingertips, grasp
-    grasp = solve_grasp(
-        world,
-        fingertips,
-        section.contact_points,
-        section.internal_force,
-        scenario.object.position,
-        rotation,
-        section.joint_guess,
-    )
-    return fingertips, grasp
+        return solve_open_start(world, fingertips, points, section.opening, position, rotation, supports, guess)
+    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar
 
 import numpy as np
 
-from softhand.assembly.build import build
-from softhand.assembly.parts import read_laws, read_motion
-from softhand.assembly.plant import read_grasp
+from softhand.assembly.build import assemble
+from softhand.assembly.parts import read_start
+from softhand.assembly.resolve import Setup, resolve
+from softhand.checks.values import list_values
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
@@ -25,13 +26,10 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.plugins import find_plugin
 from softhand.scenario.bodies import FACES
-from softhand.scenario.fingertip import DampingSection, FingertipSection
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.observation import Observation
-from softhand.settings.settings import Settings
-from softhand.settings.toml import tomllib
-from softhand.settings.wording import show, unit_of
 from softhand.simulation.simulation import Simulation
+from softhand.start.grasp import solve_grasp
 
 _NEAR = 0.9  # of a limit
 _APEX_NEAR = math.radians(80.0)
@@ -72,7 +70,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
     Raises:
         SofthandError: whatever keeps the scenario from being run.
     """
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    simulation = assemble(setup)
     seen = simulation.sample()
     frequency = fastest_frequency(simulation.plant, simulation.state)
     world = simulation.plant.world
@@ -84,7 +83,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_joints(simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_table(scenario, world),
-        *_of_target(scenario, world),
+        *_of_target(setup),
     ]
     start = [
         *_tip_rows(seen, world),
@@ -93,7 +92,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_step_rows(scenario, stepper, frequency),
         *_touch_rows(simulation.plant),
     ]
-    return Checkup(_values(simulation.scenario), start, warnings, frequency)
+    return Checkup(list_values(setup.scenario), start, warnings, frequency)
 
 
 def fastest_frequency(plant: Plant, state: State) -> float:
@@ -181,27 +180,22 @@ def _of_table(scenario: Scenario, world: World) -> Iterator[str]:
         )
 
 
-def _of_target(scenario: Scenario, world: World) -> Iterator[str]:
+def _of_target(setup: Setup) -> Iterator[str]:
     """Whether a tip can get to its contact point where the reference asks for the object.
 
     By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
     """
-    radius, told = max(law.radius for law in read_laws(scenario)), set()
-    reference = read_motion(scenario)
-    for time in reference.stops or (scenario.duration,):
-        desired = reference.update(time)
-        if not desired.internal_force.any():
+    world, tips, grasp = setup.world, setup.fingertips, setup.scenario.grasp
+    radius, told = max(tip.law.radius for tip in tips), set()
+    motion = setup.reference.start(read_start(setup.scenario))
+    for time in motion.stops or (setup.scenario.duration,):
+        desired = motion.update(time)
+        position, rpy = np.split(desired.coordinates, 2)
+        force = desired.internal_force
+        if not force.any():
             continue
-        target = scenario.with_values(
-            {
-                "object.position": desired.coordinates[:3],
-                "object.rpy": desired.coordinates[3:],
-                "grasp.internal_force": desired.internal_force,
-                "grasp.opening": 0.0,
-            }
-        )
         try:
-            read_grasp(target, world)
+            solve_grasp(world, tips, grasp.contact_points, force, position, rotation_of(rpy), grasp.joint_guess)
         except GraspError as error:
             if error.quantity == "reach" and error.value > radius and str(error) not in told:
                 told.add(str(error))
@@ -280,53 +274,3 @@ def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[t
     yield "fastest vibration", f"{frequency / (2.0 * math.pi):.4g} Hz on the contacts, without the controller"
     steps = 2.0 * math.pi / (step * frequency)
     yield "step", f"{1e3 * step:g} ms, {steps:.2g} a period of it; {scenario.stepper.name}: {limit}"
-
-
-def _values(toml: str) -> list[tuple[str, str, str]]:
-    """Key, value and unit of all settings of a resolved scenario."""
-    table = tomllib.loads(toml)
-    return list(_flat(table, "", _units(Scenario), _section_units(table)))
-
-
-def _units(settings: type[Settings]) -> dict[str, str]:
-    return {name: unit_of(field.description) for name, field in settings.model_fields.items()}
-
-
-def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """The units of the keys of each section, those of its plugin among them."""
-    units = {
-        name: _units(kind)
-        for name, field in Scenario.model_fields.items()
-        for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
-        if isinstance(kind, type) and issubclass(kind, Settings)
-    }
-    fingertip = table["fingertip"]
-    chosen = [
-        ("fingertip", "laws", fingertip["law"]),
-        ("controller", "controllers", table["controller"]["name"]),
-        ("stepper", "steppers", table["stepper"]["name"]),
-    ]
-    if "damping" in fingertip:
-        units["fingertip.damping"] = _units(DampingSection)
-        chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
-    for tip, own in fingertip.get("tips", {}).items():
-        path = f"fingertip.tips.{tip}"
-        units[path] = _units(FingertipSection)
-        chosen.append((path, "laws", own.get("law", fingertip["law"])))
-        if "damping" in own:
-            units[f"{path}.damping"] = _units(DampingSection)
-            chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
-    for section, kind, name in chosen:
-        units[section] |= _units(find_plugin(kind, name, section))
-    return units
-
-
-def _flat(
-    table: Mapping[str, Any], path: str, units: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
-) -> Iterator[tuple[str, str, str]]:
-    for key, value in table.items():
-        name = f"{path}.{key}".lstrip(".")
-        if isinstance(value, Mapping):
-            yield from _flat(value, name, sections.get(name, {}), sections)
-        elif value != []:
-            yield name, show(value), units.get(key, "")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.world import World
+from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root, nearest_root
 
@@ -91,6 +91,4 @@ class Arm:
 
     def own_columns(self, index: int) -> list[int]:
         """Velocity indices of the joints that move this tip and no other."""
-        tips = self.world.tips
-        shared = {column for k, tip in enumerate(tips) if k != index for column in tip.columns}
-        return [column for column in tips[index].columns if column not in shared]
+        return own_columns(self.world, index)

@@ -14,6 +14,7 @@ from softhand.scenario.agreement import check_counts, check_opening, check_times
 from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
+from softhand.scenario.keywords import full_keys
 from softhand.scenario.task import ControllerSection, GraspSection, PushSection, ReferenceSection, StepperSection
 from softhand.settings.settings import Positive, Settings, Vector3, read_settings
 
@@ -81,12 +82,13 @@ class Scenario(Settings):
             raise ScenarioError(f"The scenario cannot be written as TOML: {error}.", key="", value=self) from error
 
 
-def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
+def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
     """Read and check a scenario.
 
     Args:
         source: name of a shipped scenario, or path of a TOML file. Paths in the file are relative to its folder.
         overrides: dotted keys and values put in before anything is checked, as in `Scenario.with_values`.
+        values: the same by the last part of the key, where there is only one such key: `mass=0.3` is `object.mass`.
 
     Raises:
         ScenarioError: no such scenario or file, no readable TOML, or keys and values that are wrong.
@@ -94,10 +96,26 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
     file = find_scenario(source)
     table = with_absolute_paths(read_toml(file), file.parent)
     try:
-        return read_settings(Scenario, overridden(table, overrides or {}), "")
+        return read_settings(Scenario, _changed(table, overrides, values), "")
     except ScenarioError as error:
         gap = "\n" if "\n" in str(error) else " "
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
+
+
+def as_scenario(source: Scenario | str | Path, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
+    """A scenario as it is, or by its name or path, with some values changed as in `load_scenario`."""
+    if not isinstance(source, Scenario):
+        return load_scenario(source, overrides, **values)
+    if not (overrides or values):
+        return source
+    return read_settings(Scenario, _changed(source.model_dump(exclude_none=True), overrides, values), "")
+
+
+def _changed(
+    table: Mapping[str, Any], overrides: Mapping[str, Any] | None, values: Mapping[str, Any]
+) -> dict[str, Any]:
+    changed = overridden(table, overrides or {})
+    return overridden(changed, full_keys(values, changed, Scenario))
 
 
 def with_law(scenario: Scenario, name: str, parameters: Mapping[str, Any] | None = None) -> Scenario:

@@ -32,7 +32,7 @@ from softhand.plots.line_up import Lined, draw_line_up
 from softhand.plugins import find_plugin, load_plugin_files, plugin_files
 from softhand.recording.recording import Recording
 from softhand.scenario.file import parse_override
-from softhand.scenario.scenario import Scenario, load_scenario, with_law
+from softhand.scenario.scenario import Scenario, as_scenario, with_law
 
 LINE_OF_WORK = (
     "regulation",
@@ -129,7 +129,7 @@ def compare(
         ScenarioError: a name or a setting is wrong. A run that cannot begin, or stops, makes a row that says so.
         SimulationStopped: interrupted by Ctrl-C; carries `.rows` with the runs done so far.
     """
-    task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    task = as_scenario(scenario)
     cases = [(law, controller, _chosen(task, law, controller)) for law, controller in pairs(task, laws, controllers)]
     tell = progress or (lambda done: None)
     rows: list[Row] = []

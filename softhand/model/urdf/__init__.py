@@ -1,1 +1,1 @@
-"""What a URDF must be before Pinocchio sees it: pure Python, with file, line, element, value and remedy."""
+"""A URDF as one object: read and checked once, with file, line, element, value and remedy of what is wrong."""

@@ -28,7 +28,7 @@ class Part(NamedTuple):
 
 
 def parts_of(links: list[Element], names: list[str], carriers: dict[str, Joint]) -> list[Part]:
-    """The links of a rigid body that have a mass and no negative moment; those of points and rods are zero.
+    """The links of a rigid body that have a mass and an inertia that can be read.
 
     Args:
         links: elements of the links, the leader first.
@@ -49,8 +49,6 @@ def parts_of(links: list[Element], names: list[str], carriers: dict[str, Joint])
         if inertial is None or not isinstance(element, Element) or values is None or weight is None or weight[0] <= 0.0:
             continue
         matrix = tensor_of(values)
-        if has_negative(moments_of(matrix)):
-            continue
         rotation, position = poses[name]
         turned, moved = _origin(inertial.find("origin"))
         axes = rotation @ turned

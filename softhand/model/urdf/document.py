@@ -53,6 +53,11 @@ def read_text(file: Path) -> str:
         raise ModelError(f"{file}: cannot read this URDF file: {error}.", file=str(file)) from error
 
 
+def as_bytes(text: str) -> bytes:
+    """The bytes in which places are counted."""
+    return text.encode("utf-8", "replace")
+
+
 def read_document(text: str, file: Any) -> Element:
     """The root element of an XML text.
 
@@ -96,7 +101,7 @@ def read_document(text: str, file: Any) -> Element:
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.StartDoctypeDeclHandler = doctype
     try:
-        parser.Parse(text.encode("utf-8", "replace"), True)
+        parser.Parse(as_bytes(text), True)
     except expat.ExpatError as error:
         still = f"; <{stack[-1].tag}> of line {stack[-1].line} is still open there" if stack else ""
         why = f"not XML: {expat.ErrorString(error.code)} at column {error.offset + 1}{still}"

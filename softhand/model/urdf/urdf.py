@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from softhand.errors import ModelError
-from softhand.model.urdf.document import Element, extended, read_document, read_text
+from softhand.model.urdf.document import Element, as_bytes, extended, read_document, read_text
 from softhand.model.urdf.examination import EITHER, Examination, Role, examine
 from softhand.model.urdf.findings import Finding, Findings
 from softhand.model.urdf.geometry import Geometry, Purpose, read_geometries
@@ -111,7 +111,7 @@ class Urdf:
             f"<parent link={quoteattr(parent)}/><child link={quoteattr(child)}/>"
             f'<origin xyz="{xyz}" rpy="{angles}"/></joint>'
         )
-        data, end = self.text.encode(), self.root.end
+        data, end = as_bytes(self.text), self.root.end
         link, joint = _read(added, self.file, 1 + data[:end].count(b"\n"))
         findings = Findings(self.file)
         check_place(joint, findings)
@@ -119,8 +119,8 @@ class Urdf:
         joints = [fixed, *self.tree.joints] if is_root else [*self.tree.joints, fixed]
         return replace(
             self,
-            text=(data[:end] + added.encode() + data[end:]).decode(),
-            root=extended(self.root, [link, joint], len(added.encode())),
+            text=(data[:end] + as_bytes(added) + data[end:]).decode(),
+            root=extended(self.root, [link, joint], len(as_bytes(added))),
             tree=Tree({**self.tree.links, new: link}, joints, new if is_root else self.tree.root),
             warnings=(*self.warnings, *findings),
         )

@@ -1,0 +1,90 @@
+"""A scenario resolved into the things that a run is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from softhand.assembly.parts import (
+    read_controller,
+    read_fingertips,
+    read_reference,
+    read_stepper,
+    read_tip,
+    written,
+)
+from softhand.assembly.plant import read_supports, read_world, solve_start
+from softhand.contact.pads import Fingertip, Support
+from softhand.controllers.controller import Controller
+from softhand.laws.law import Law
+from softhand.model.world import World
+from softhand.references.reference import Reference
+from softhand.scenario.fingertip import TipSection
+from softhand.scenario.scenario import Scenario
+from softhand.start.grasp import Grasp
+from softhand.steppers.stepper import Stepper
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that a run is made of.
+
+    Attributes:
+        world: hand and object.
+        fingertips: material and face of each tip.
+        supports: what else may touch.
+        grasp: the start.
+        controller: with its settings.
+        reference: what the controller is asked for.
+        stepper: the time integration.
+        scenario: the same as text would have it, with the defaults of all plugins written out.
+    """
+
+    world: World
+    fingertips: Sequence[Fingertip]
+    supports: Sequence[Support]
+    grasp: Grasp
+    controller: Controller
+    reference: Reference
+    stepper: Stepper
+    scenario: Scenario
+
+
+def resolve(scenario: Scenario, controller: Controller | None = None, law: Law | None = None) -> Setup:
+    """Read everything that a scenario names, once, and solve its start.
+
+    Args:
+        scenario: what to run.
+        controller: in place of the scenario's.
+        law: at all tips in place of the scenario's.
+
+    Raises:
+        SofthandError: as `build`.
+    """
+    controller = controller or read_controller(scenario)
+    stepper, reference = read_stepper(scenario), read_reference(scenario)
+    world = read_world(scenario)
+    fingertips = read_fingertips(scenario, world, law)
+    supports = read_supports(scenario, world, fingertips)
+    grasp = solve_start(scenario, world, fingertips, supports)
+    told = scenario.with_values(
+        {
+            "fingertip": _materials(scenario, law),
+            "controller": written("controllers", controller),
+            "reference": written("references", reference, "kind"),
+            "stepper": written("steppers", stepper),
+        }
+    )
+    return Setup(world, fingertips, supports, grasp, controller, reference, stepper, told)
+
+
+def _materials(scenario: Scenario, law: Law | None) -> dict[str, Any]:
+    """The section `fingertip`, and in it the table of each tip that has one, with all parameters."""
+    table = read_tip(scenario, law=law).table()
+    for tip in scenario.fingertip.tips or {}:
+        own = read_tip(scenario, tip, law)
+        shared = set(type(own.section).model_fields) - set(TipSection.model_fields)
+        kept = {key: value for key, value in own.table().items() if key not in shared}
+        table.setdefault("tips", {})[tip] = kept
+    return table

@@ -1,0 +1,63 @@
+"""Every value of a scenario with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from softhand.plugins import find_plugin
+from softhand.scenario.fingertip import DampingSection, FingertipSection
+from softhand.scenario.scenario import Scenario
+from softhand.settings.settings import Settings
+from softhand.settings.wording import show, unit_of
+
+
+def list_values(scenario: Scenario) -> list[tuple[str, str, str]]:
+    """Key, value and unit of all settings of a resolved scenario."""
+    table = scenario.model_dump(exclude_none=True)
+    return list(_flat(table, "", _units(Scenario), _section_units(table)))
+
+
+def _units(settings: type[Settings]) -> dict[str, str]:
+    return {name: unit_of(field.description) for name, field in settings.model_fields.items()}
+
+
+def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """The units of the keys of each section, those of its plugin among them."""
+    units = {
+        name: _units(kind)
+        for name, field in Scenario.model_fields.items()
+        for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
+        if isinstance(kind, type) and issubclass(kind, Settings)
+    }
+    fingertip = table["fingertip"]
+    chosen = [
+        ("fingertip", "laws", fingertip["law"]),
+        ("controller", "controllers", table["controller"]["name"]),
+        ("reference", "references", table["reference"]["kind"]),
+        ("stepper", "steppers", table["stepper"]["name"]),
+    ]
+    if "damping" in fingertip:
+        units["fingertip.damping"] = _units(DampingSection)
+        chosen.append(("fingertip.damping", "dampings", fingertip["damping"]["name"]))
+    for tip, own in fingertip.get("tips", {}).items():
+        path = f"fingertip.tips.{tip}"
+        units[path] = _units(FingertipSection)
+        chosen.append((path, "laws", own.get("law", fingertip["law"])))
+        if "damping" in own:
+            units[f"{path}.damping"] = _units(DampingSection)
+            chosen.append((f"{path}.damping", "dampings", own["damping"]["name"]))
+    for section, kind, name in chosen:
+        units[section] |= _units(find_plugin(kind, name, section))
+    return units
+
+
+def _flat(
+    table: Mapping[str, Any], path: str, units: Mapping[str, str], sections: Mapping[str, Mapping[str, str]]
+) -> Iterator[tuple[str, str, str]]:
+    for key, value in table.items():
+        name = f"{path}.{key}".lstrip(".")
+        if isinstance(value, Mapping):
+            yield from _flat(value, name, sections.get(name, {}), sections)
+        elif value != ():
+            yield name, show(value), units.get(key, "")
