@@ -15,7 +15,7 @@ from softhand import build, load_scenario, simulate
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.probe import Probe, recorded_state
 from softhand.checks.scenario import check_scenario
-from softhand.contact.supports import corners_on_table, pad_on_hand, plain, table_plane, tips_on_table, tips_on_tips
+from softhand.contact.supports import object_on_table, pad_on_hand, plain, table_plane, tips_on_table, tips_on_tips
 from softhand.controllers.controller import Controller
 from softhand.errors import ModelError, ScenarioError
 from softhand.laws.conservative import Conservative
@@ -62,7 +62,7 @@ def lying(
     world = make_world([away], Body(MASS, BOX.inertia, size), gravity)
     rotation = pin.rpy.rpyToMatrix(0.0, pitch, 0.0)
     lowest = np.min(world.shape.corners() @ rotation[2])
-    supports = corners_on_table(world, table_plane(0.0, normal), MU, K, damping)
+    supports = object_on_table(world, table_plane(0.0, normal), MU, K, damping)
     return make_rig(world, [tip(world, RIGHT)], (0.0, 0.0, height - lowest), rotation, supports)
 
 
@@ -92,7 +92,7 @@ def test_a_ball_rests_on_the_table_or_rolls_down_it(slope: float) -> None:
                        Body(MASS, (0.4 * MASS * 0.03**2,) * 3, SIZE), gravity)  # fmt: skip
     away = tip(world, RIGHT)
     world = replace(world, shape=Sphere(np.eye(3), np.zeros(3), 0.03))
-    supports = corners_on_table(world, table_plane(0.0, (0.0, 0.0, 1.0)), MU, K, C)
+    supports = object_on_table(world, table_plane(0.0, (0.0, 0.0, 1.0)), MU, K, C)
     sink = MASS * G * math.cos(slope) / K
     rig = make_rig(world, [away], (0.0, 0.0, 0.03 - sink), None, supports)
     rig.run(Midpoint(step=1e-3), 0.5)
@@ -110,7 +110,7 @@ def test_the_plane_has_a_normal_and_a_height() -> None:
     corners = rig.plant.world.shape.corners() + rig.position
     height = float(np.sort(corners @ normal)[1]) + 1e-4
     plane = table_plane(height, 3.0 * normal)
-    supports = corners_on_table(rig.plant.world, plane, MU, K, 0.0)
+    supports = object_on_table(rig.plant.world, plane, MU, K, 0.0)
     other = make_rig(rig.plant.world, rig.plant.fingertips, rig.position, None, supports)
     other.update()
     depth = np.maximum(height - corners @ normal, 0.0)
@@ -401,7 +401,7 @@ def dropped(step: float) -> tuple[Recording, Plant]:
     world = make_world(carriages, BOX)
     rotation = pin.rpy.rpyToMatrix(0.05, 0.1, 0.0)
     lowest = float(np.min(world.shape.corners() @ rotation[2]))
-    supports = corners_on_table(world, table_plane(0.0), MU, K, C)
+    supports = object_on_table(world, table_plane(0.0), MU, K, C)
     rig = make_rig(world, [tip(world, RIGHT)] * 2, (0.0, 0.0, 0.003 - lowest), rotation, supports)
     rig.velocity[0] = 0.1
     still = resting(Goal(np.zeros(6), (0.0,)))

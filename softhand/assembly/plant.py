@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from softhand.assembly.parts import read_fingertips
 from softhand.contact.pads import Fingertip, Support
-from softhand.contact.supports import corners_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
+from softhand.contact.supports import object_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.laws.law import Law
 from softhand.model.body import ObjectModel
 from softhand.model.hand import HandModel
@@ -40,7 +40,7 @@ def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingert
     supports, table = [], scenario.table
     if table is not None:
         plane = table_plane(table.height, table.normal)
-        supports += corners_on_table(world, plane, table.friction, table.stiffness, table.damping)
+        supports += object_on_table(world, plane, table.friction, table.stiffness, table.damping)
         supports += tips_on_table(world, fingertips, plane, table.friction)
     if scenario.fingertip.tips_touch:
         supports += tips_on_tips(world, fingertips)

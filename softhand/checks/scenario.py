@@ -211,10 +211,11 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
         how = "as it is, with edges" if slips else "as an endless face"
     yield "tips meet the object", f"{how}, and {'can' if slips else 'cannot'} slip"
     names = [support.name for support in plant.supports]
-    corners = [name for name in names if name.startswith("table corner")]
-    tips = [name.removeprefix("table ") for name in names if name.startswith("table ") and name not in corners]
-    if corners:
-        yield "the table meets", f"{len(corners)} corners of the object, {', '.join(tips)}"
+    tips = [tip.name for tip in plant.world.tips if f"table {tip.name}" in names]
+    feet = [name for name in names if name.startswith("table ") and name.removeprefix("table ") not in tips]
+    if feet:
+        kind = "corners" if all(name.startswith("table corner") for name in feet) else "places"
+        yield "the table meets", f"{len(feet)} {kind} of the object, {', '.join(tips)}"
     for name in names:
         if name.startswith("palm"):
             yield name, "meets the object"

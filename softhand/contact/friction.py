@@ -40,7 +40,7 @@ def has_slid(pad, memory):
 
 
 @compiled
-def note_slip(pads, contacts, z):
+def note_slip(pads, contacts, z, step):
     """Make the slip of the last evaluation final: z is what stays, travel, twist and loss grow.
 
     The loss is the slip times the mean of the forces before and after the step, so that it is of second order. What a
@@ -50,6 +50,7 @@ def note_slip(pads, contacts, z):
         pads: table `records.PAD`, shape (nc,).
         contacts: table `records.CONTACT`, evaluated at z, or z at a lead that the step is now done with.
         z: memory of each contact, see `State`.
+        step: in which it slipped so [s]; 0 if that is not known, and its rate stays what it was.
     """
     for i in range(contacts.shape[0]):
         pad, contact = pads[i], contacts[i]
@@ -75,4 +76,6 @@ def note_slip(pads, contacts, z):
                 contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
                 contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
         for k in range(3):
+            if step > 0.0:
+                contact.slip_speed[k] = slip[k] / step
             slip[k], before[k] = 0.0, now[k]

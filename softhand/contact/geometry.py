@@ -28,6 +28,8 @@ def find_nearest(pad, pose, base_pose, contact):
         contact.tip[row] = tip
     if pad.shape == PLANE:
         _meet_face(pad, base_pose, contact)
+        if pad.semi_axes[0] > 0.0:
+            _go_to_deepest(pad, pose, contact)
     elif pad.shape != SOLID:
         _meet_ball(pad, base_pose, contact)
     elif pad.nearest_function != 0:
@@ -105,6 +107,54 @@ def _meet_face(pad, object_pose, contact):
         distance += normal * (contact.tip[row] - object_pose[9 + row])
     contact.distance = distance
     contact.feature = 1
+
+
+@compiled
+def _go_to_deepest(pad, pose, contact):
+    """From the middle of an ellipsoid to the point of it that lies deepest in the plane, which z_C points into.
+
+    With the semi-axes A = diag(a, b, c) along F and u = z_C in F, that point is A^2 u / |A u| from the middle, and nearer
+    to the plane by |A u|. It is a point of no radius which runs over the ellipsoid as that turns. How deep it is changes
+    as if it were fixed there, since it is the deepest: dr' = v_z, and the force does the work that the law stores.
+    """
+    A, x, y, z = pad.semi_axes, 0.0, 0.0, 0.0
+    for row in range(3):
+        fx, fy, fz = _finger_axes(pad, pose, row)
+        z_C = contact.rotation[row, 2]
+        x, y, z = x + fx * z_C, y + fy * z_C, z + fz * z_C
+    reach = math.sqrt((A[0] * x) ** 2 + (A[1] * y) ** 2 + (A[2] * z) ** 2)
+    x, y, z = A[0] * A[0] * x / reach, A[1] * A[1] * y / reach, A[2] * A[2] * z / reach
+    for row in range(3):
+        fx, fy, fz = _finger_axes(pad, pose, row)
+        contact.tip[row] += fx * x + fy * y + fz * z
+    contact.distance -= reach
+
+
+@compiled
+def roll_stiffness(pad, pose, contact):
+    """Torque of the normal force N per turn of an ellipsoid, since the place where it touches runs over it.
+
+    A turn by w moves that place by D (z_C x w) and changes the depth in second order by w x z_C . D (w x z_C) / 2, with
+
+        D = (A^2 - s s^T) / |A u| - |A u|,   s = A^2 u / |A u|,   in x_C, y_C
+
+    Sets `rolling`, N D without s s^T and where it is positive: a stepper takes it for stable, and the pole of a thin
+    ellipsoid, where the torque changes sides within a turn that a step may jump over, needs the secant, not the slope.
+    """
+    A, R = pad.semi_axes, contact.rotation
+    xx, xy, yy, zz = 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        x, y, z = 0.0, 0.0, 0.0
+        for row in range(3):
+            axis = _finger_axes(pad, pose, row)[k]
+            x, y, z = x + axis * R[row, 0], y + axis * R[row, 1], z + axis * R[row, 2]
+        x, y, z = A[k] * x, A[k] * y, A[k] * z
+        xx, xy, yy, zz = xx + x * x, xy + x * y, yy + y * y, zz + z * z
+    share = contact.force[2] / math.sqrt(zz)
+    rolling = contact.rolling
+    rolling[0], rolling[1], rolling[2] = share * max(xx - zz, 0.0), 0.0, share * max(yy - zz, 0.0)
+    if xx > zz and yy > zz:
+        rolling[1] = share * xy
 
 
 @compiled

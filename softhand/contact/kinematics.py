@@ -21,7 +21,8 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         contact: one row of `records.CONTACT`, after `place_contact`.
         columns: velocities that move the tip, then those that move the object, padded with -1, shape (width,).
         J: world Jacobians of `Snapshot`, shape (6, nv).
-        jacobian: set, shape (width, 4).
+        jacobian: set, shape (width, 4); of an ellipsoid (width, 6), with the rate at which z_C turns towards x_C and
+            y_C as the pad sees it.
     """
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
     R, own = contact.rotation, pad.own
@@ -37,6 +38,9 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         for row in range(3):
             jacobian[a, row] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
         jacobian[a, 3] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
+        if pad.semi_axes[0] > 0.0:
+            jacobian[a, 4] = R[0, 1] * wx + R[1, 1] * wy + R[2, 1] * wz
+            jacobian[a, 5] = -(R[0, 0] * wx + R[1, 0] * wy + R[2, 0] * wz)
 
 
 @compiled
@@ -121,12 +125,17 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
 
     A plane face has K_go = 0, M_go = I, T_go = 0, and alpha_o are the coordinates of the contact point in the face
     frame, whose origin is the foot of the perpendicular from the object frame's origin. Curved shapes have coordinates
-    of their own. Under a law in surface coordinates there is no polar deformation: theta, phi and psi
-    are then the angles Theta, Phi and Psi of the deformed tip, and (38)-(40) hold with V_C the whole relative velocity.
+    of their own. V_C is the relative velocity less that of the deformation, as it is: slip takes from the deformation
+    what (43) gives it, so that what slips rolls on, at the mean rate of the last step. Under a law in surface
+    coordinates there is no polar deformation: theta, phi and psi are then the angles Theta, Phi and Psi of the deformed
+    tip, and (38)-(40) hold with V_C the whole relative velocity.
+
+    Theta is in (-pi, pi], Phi in [-pi/2, pi/2], Psi in (-pi, pi]; theta, phi and psi differ from them by the
+    deformation. Angles among alpha_o have the ranges of their shape.
 
     Args:
         pad: one row of `records.PAD`.
-        contact: one row of `records.CONTACT`, evaluated.
+        contact: one row of `records.CONTACT`, evaluated, its `slip_speed` that of the last step.
         columns: as in `contact_jacobian`.
         object_pose: pose of the object, shape (12,).
         J: world Jacobians of `Snapshot`, shape (6, nv).
@@ -157,8 +166,9 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
     dtheta, dphi, dpsi, theta_rate, phi_rate, psi_rate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if not pad.is_surface:
         dtheta, dphi, dpsi = contact.deformation[1], contact.deformation[2], contact.deformation[3]
-        theta_rate, phi_rate = contact.deformation_rate[1], contact.deformation_rate[2]
-        psi_rate = contact.deformation_rate[3]
+        theta_rate = contact.deformation_rate[1] - contact.slip_speed[0]
+        phi_rate = contact.deformation_rate[2] - contact.slip_speed[1]
+        psi_rate = contact.deformation_rate[3] - contact.slip_speed[2]
     eta[0], eta[1] = contact.angles[0] + dtheta, contact.angles[1] + dphi
     eta[2], eta[3] = alpha_x, alpha_y
     if pad.chart_function != 0:

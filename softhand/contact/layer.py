@@ -7,7 +7,7 @@ import math
 from softhand.contact.answer import answer, answer_stiffness
 from softhand.contact.damping import press, react, recall
 from softhand.contact.friction import has_slid, set_friction
-from softhand.contact.geometry import find_nearest, place_contact
+from softhand.contact.geometry import find_nearest, place_contact, roll_stiffness
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
 from softhand.contact.limit import set_limit
 from softhand.contact.slip import slip_to_limit
@@ -55,6 +55,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
             _let_go(contact)
             continue
         _respond(pad, contact, z[i], lead, with_stiffness)
+        if with_stiffness and pad.semi_axes[0] > 0.0:
+            roll_stiffness(pad, pose, contact)
 
 
 @compiled

@@ -1,7 +1,8 @@
 """What may touch what: fingertips and supports, and their rows in the table `records.PAD`.
 
-Both are a sphere that one body carries against a shape that another one carries. The first rows are the fingertips,
-each against the object; whatever else may touch is a support: a corner of the object on the table, two tips, a palm.
+Both are a sphere, or the lowest point of an ellipsoid, that one body carries against a shape that another one carries.
+The first rows are the fingertips, each against the object; whatever else may touch is a support: a corner of the object
+on the table, two tips, a palm.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Support:
-    """A sphere that may touch a shape, beside the fingertips on the object. It always slips at the limit of friction.
+    """A sphere that may touch a shape, beside the fingertips on the object; it slips at the limit of friction.
 
     Its force is that on the body of the shape.
     """
@@ -100,7 +101,7 @@ class Support:
     position: Array
     """Its centre in the frame of the joint [m], shape (3,)."""
     radius: float
-    """[m]; 0 for a point."""
+    """[m]; 0 for a point, and for an ellipsoid."""
     base: int
     """Pinocchio joint that carries the shape, 0 for the world."""
     shape: Face | Ball | None
@@ -108,7 +109,10 @@ class Support:
     face: Face | None = None
     """Of the object, where `shape` is None: the one that is met first. Tangential axes are counted from it."""
     rotation: Array = field(default_factory=lambda: np.eye(3))
-    """Axes of the sphere in the frame of the joint, x where a tip points, shape (3, 3)."""
+    """Axes of the sphere in the frame of the joint, x where a tip points, shape (3, 3); those of an ellipsoid."""
+    semi_axes: tuple[float, float, float] | None = None
+    """Of an ellipsoid in the place of the sphere [m], against a plane only: the pad is then the point of it that lies
+    deepest."""
     base_share: float = 0.0
     """Share of the depth that the body of the shape takes."""
     damping: Damping = Damping()  # noqa: RUF009  frozen
@@ -194,6 +198,7 @@ def build_pads(
         pad["is_support"] = 1
         pad["joint"], pad["rotation"], pad["position"] = support.joint, support.rotation, support.position
         pad["base"], pad["radius"], pad["base_share"] = support.base, support.radius, support.base_share
+        pad["semi_axes"] = support.semi_axes or 0.0
         _set_shape(pad, world, support)
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0

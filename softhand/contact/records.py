@@ -1,7 +1,8 @@
 """The two tables of the contact layer: what is fixed at each contact, and what holds at one state.
 
 A contact is a sphere, the pad, carried by one joint, against a shape carried by another, the base. Of a fingertip these
-are its hemisphere and the object; "tip" and "object" below mean the two bodies of any contact.
+are its hemisphere and the object; "tip" and "object" below mean the two bodies of any contact. An ellipsoid against a
+plane is a sphere of no radius, a point, that runs over it.
 
 Structured arrays of one row a contact: kernels read and write them by name, and their fields are live views for
 controllers and recordings.
@@ -32,7 +33,8 @@ PAD = np.dtype(
         ("is_support", np.int64),  # whether it is no fingertip against the object, and idle while it does not touch
         ("rotation", np.float64, (3, 3)),  # axes of the finger frame F in the joint frame
         ("position", np.float64, 3),  # origin of F in the joint frame [m]
-        ("radius", np.float64),  # of the undeformed hemisphere [m]; 0 for a point
+        ("radius", np.float64),  # of the undeformed hemisphere [m]; 0 for a point, and for an ellipsoid
+        ("semi_axes", np.float64, 3),  # of an ellipsoid along the axes of F [m]; 0 for a sphere
         ("base_share", np.float64),  # of the depth, taken by the base: the contact point lies so much further out
         ("friction", np.float64),  # coefficient mu, kinetic
         ("static_friction", np.float64),  # coefficient until slip begins
@@ -72,7 +74,7 @@ CONTACT = np.dtype(
     [
         ("rotation", np.float64, (3, 3)),  # R_BC: axes of the contact frame C_F in the world, see `place_contact`
         ("point", np.float64, 3),  # contact point in the world [m]
-        ("tip", np.float64, 3),  # origin of F in the world [m]
+        ("tip", np.float64, 3),  # origin of F in the world, or the point of an ellipsoid that lies deepest [m]
         ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
         ("feature", np.int64),  # where on the object: 1 a face or curved surface, 2 an edge, 3 a vertex
         ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
@@ -90,7 +92,7 @@ CONTACT = np.dtype(
         ("psi_per_x", np.float64),
         ("velocity", np.float64, 4),  # J_CF q' - J_O v_O: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F
         ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]; or dr, s1, s2 [m], psi [rad]
-        ("deformation_rate", np.float64, 4),  # their rates
+        ("deformation_rate", np.float64, 4),  # their rates if nothing slips: less `slip_speed` they are those that are
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
         ("is_idle", np.int64),  # 1 for a support that does not touch: all that follows from touch is then zero
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
@@ -103,6 +105,7 @@ CONTACT = np.dtype(
         ("grip", np.float64),  # mu of the limit that holds now, infinite where friction has none
         ("slip", np.float64, 3),  # what slip took from dtheta, dphi, dpsi, or s1, s2, psi, at the last evaluation
         ("slip_rate", np.float64, 3),  # v_x, v_y [m/s], w_z [rad/s] of slip that dashpots leave room for, in C_F
+        ("slip_speed", np.float64, 3),  # what slip took from them in the last step, per time
         ("force_before", np.float64, 3),  # force where slip was last made final, in the coordinates of the law
         ("limit_surface_use", np.float64),
         ("is_slipping", np.int64),  # whether the last step slipped
@@ -112,6 +115,7 @@ CONTACT = np.dtype(
         ("derivatives", np.float64, 16),  # what the law gives as stiffness; scratch
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
         ("damping", np.float64, 4),  # d force / d velocity in C_F, a diagonal
+        ("rolling", np.float64, 3),  # of an ellipsoid, xx, xy, yy [N m] about axes in its plane, see `roll_stiffness`
     ]
 )
 """One contact at one state."""

@@ -45,32 +45,33 @@ def spring(stiffness: float, tangential: float | None = None, torsional: float =
     )  # fmt: skip
 
 
-def corners_on_table(world: World, plane: Face, friction: float, stiffness: float, damping: float) -> list[Support]:
-    """Each corner of the object as a point that may meet the table; a ball as it is.
+def object_on_table(world: World, plane: Face, friction: float, stiffness: float, damping: float) -> list[Support]:
+    """Each foot of the object, `Shape.feet`, that may meet the table.
 
     Args:
         world: with the object.
         plane: of the table, in the world.
         friction: mu.
-        stiffness: of a corner, normal and tangential [N/m].
+        stiffness: of a corner, normal and tangential [N/m]; of another foot, times its share.
         damping: of a corner, likewise [N s/m].
     """
-    law, material = spring(stiffness), KelvinVoigt(radial=damping, tangential=damping, torsional=0.0)
     return [
         Support(
-            name=f"table corner {k + 1}",
-            law=law,
+            name=f"table {foot.name}",
+            law=spring(foot.share * stiffness),
             friction=friction,
             joint=world.object_joint,
-            position=corner,
-            radius=world.shape.corner_radius,
+            position=foot.position,
+            rotation=foot.rotation,
+            radius=foot.radius,
+            semi_axes=foot.semi_axes,
             base=WORLD,
             shape=plane,
-            damping=material,
+            damping=KelvinVoigt(radial=foot.share * damping, tangential=foot.share * damping, torsional=0.0),
             torsion_length=_POINT_LENGTH,
             limit="ellipse",
         )
-        for k, corner in enumerate(world.shape.corners())
+        for foot in world.shape.feet()
     ]
 
 
@@ -211,6 +212,7 @@ def pad_on_hand(
 
 
 def depth_in_table(world: World, plane: Face, position: ArrayLike, rotation: NDArray[np.float64]) -> float:
-    """How deep the lowest corner of the object lies in the table [m]; negative above it."""
-    corners = world.shape.corners() @ rotation.T + np.asarray(position, dtype=float)
-    return float(np.max(plane.offset - corners @ plane.normal)) + world.shape.corner_radius
+    """How deep the object lies in the table where it is lowest [m]; negative above it."""
+    down = -(rotation.T @ plane.normal)
+    deepest = max(foot.reach(down) for foot in world.shape.feet())
+    return plane.offset - float(plane.normal @ np.asarray(position, dtype=float)) + deepest

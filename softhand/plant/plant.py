@@ -47,7 +47,8 @@ class Plant:
         pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
-        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4).
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids 6, see
+            `contact_jacobian`.
         touching: the four together.
         rigid: mass matrix and velocity terms at any configuration.
         joints: what `configuration.integrate` needs, shape (joints, 3).
@@ -73,7 +74,7 @@ class Plant:
         self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
-        self.contact_columns = np.zeros((*self.columns.shape, 4))
+        self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
         self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns)
         self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.model.nv)
@@ -112,9 +113,9 @@ class Plant:
         self.snapshot.update(q, v)
         self.touch(v, z)
 
-    def note_slip(self, z: Array) -> None:
-        """Make the slip of the last evaluation final, in z and in the totals of the contacts."""
-        note_slip(self.pads, self.contacts, z)
+    def note_slip(self, z: Array, step: float = 0.0) -> None:
+        """Make the slip of the last evaluation final, in z and in the totals of the contacts, see `friction.note_slip`."""
+        note_slip(self.pads, self.contacts, z, step)
 
     def settle(self, state: State, step: float = 0.0) -> None:
         """Make the slip at a state final, for steppers whose forces obey the limit while z runs on within a step.
@@ -128,7 +129,7 @@ class Plant:
         if self.can_slip and not is_at(state.q, state.v, state.z, self.at):
             self.update(state.q, state.v, state.z)
             slide(self.pads, self.contacts, step)
-            self.note_slip(state.z)
+            self.note_slip(state.z, step)
             set_at(state.q, state.v, state.z, self.at)
 
     def touch(self, v: Array, z: Array, lead: float = 0.0, with_stiffness: bool = False) -> None:
@@ -152,7 +153,7 @@ class Plant:
         """Rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv). A copy."""
         jacobian = np.zeros((len(self.contacts), 4, self.world.model.nv))
         for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
-            rows[:, columns[columns >= 0]] = values[columns >= 0].T
+            rows[:, columns[columns >= 0]] = values[columns >= 0, :4].T
         return jacobian
 
     def acceleration(self, torque: Array, out: Array) -> Array:

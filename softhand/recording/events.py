@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from softhand.recording.recording import Recording
 
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
-_TOGETHER = 0.005  # [s] within which corners that meet the table, or leave it, are one event
-_CORNER = "table corner "
+_TOGETHER = 0.005  # [s] within which places of the object that meet the table, or leave it, are one event
+_TABLE, _CORNER = "table ", "table corner "
 _OTHER_FACE = 0.7  # cosine between the normals of two samples below which another face is touched
 _APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
 _AT_APEX = 1e-4  # [rad] a tip that rests on its apex does not pass it; Theta is noise there
@@ -97,24 +97,25 @@ def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np
 
 
 def _support_touches(recording: Recording) -> Iterator[Event]:
-    """The same of the supports; corners that meet the table together, or leave it, are one event of the table."""
+    """The same of the supports; places of the object that meet the table together, or leave it, are one event of it."""
     if "support_force" not in recording.variables:
         return
-    corners: dict[str, list[Event]] = {"touch": [], "lift-off": []}
-    names = recording.labels["support"]
+    places: dict[str, list[Event]] = {"touch": [], "lift-off": []}
+    names, tips = recording.labels["support"], {_TABLE + tip for tip in recording.labels["contact"]}
     for event in _pressing_ends(recording, names, recording.support_force[:, :, 2]):
-        if event.finger.startswith(_CORNER):
-            corners[event.kind].append(event)
+        if event.finger.startswith(_TABLE) and event.finger not in tips:
+            places[event.kind].append(event)
         else:
             yield event
-    for events in corners.values():
+    for events in places.values():
         events.sort(key=lambda event: event.time)
         while events:
             first = events[0]
             together = [event for event in events if event.time <= first.time + _TOGETHER]
             del events[: len(together)]
-            count = len({event.finger for event in together})
-            yield first if count == 1 else Event(first.time, first.kind, "table", f"{count} corners")
+            met = {event.finger for event in together}
+            kind = "corners" if all(name.startswith(_CORNER) for name in met) else "places"
+            yield first if len(met) == 1 else Event(first.time, first.kind, "table", f"{len(met)} {kind}")
 
 
 def _slips(recording: Recording) -> Iterator[Event]:

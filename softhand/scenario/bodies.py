@@ -96,7 +96,7 @@ class ObjectSection(Settings):
 
 
 class TableSection(Settings):
-    """An endless plane that the corners of the object and the fingertips may meet; it bears on one side."""
+    """An endless plane that the object and the fingertips may meet; it bears on one side."""
 
     height: float
     """Height of the plane along its normal, from the origin of the base frame [m]."""
@@ -105,9 +105,9 @@ class TableSection(Settings):
     normal: Vector3 = (0.0, 0.0, 1.0)
     """Normal out of the table, of any length, in the base frame [1]."""
     stiffness: Positive = 2e4
-    """Stiffness of each corner of the object, normal and tangential [N/m]."""
+    """Stiffness of each corner of the object, or place that it rolls on, normal and tangential [N/m]."""
     damping: NonNegative = 10.0
-    """Damping of each corner, likewise [N s/m]."""
+    """Damping there, likewise [N s/m]."""
 
     @field_validator("normal")
     @classmethod

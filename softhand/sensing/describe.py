@@ -109,6 +109,8 @@ def describe_contacts(touch, poses, J, v, at_tips):
         for k in range(4):
             at_tips.contact_force[i, k], at_tips.deformation[i, k] = contact.force[k], contact.deformation[k]
             at_tips.deformation_rate[i, k] = contact.deformation_rate[k]
+            if k > 0:
+                at_tips.deformation_rate[i, k] -= contact.slip_speed[k - 1]
         for row in range(3):
             at_tips.contact_point[i, row] = contact.point[row]
             for k in range(3):

@@ -68,18 +68,20 @@ class Observation:
     contact_force: Array
     """f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4)."""
     contact_angles: Array
-    """Theta, Phi [rad], shape (nc, 2)."""
+    """Theta in (-pi, pi], Phi in [-pi/2, pi/2] [rad], shape (nc, 2)."""
     contact_coordinates: Array
-    """eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5)."""
+    """eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5).
+    theta - dtheta and psi + dpsi are in (-pi, pi]; so are angles about the axis of a curved object. In a recording they
+    go on beyond that, without jumps."""
     contact_coordinates_rate: Array
-    """eta' by (38)-(41), with the sign of (39) mended, shape (nc, 5)."""
+    """eta' by (38)-(41), with the sign of (39) mended, in slip at the mean slip of the last step, shape (nc, 5)."""
     contact_feature: Array
     """1 over a face of the object or a curved surface, 2 over an edge, 3 over a vertex, shape (nc,)."""
     deformation: Array
     """dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates, (nc, 4).
     A recording has the angles s / R in place of s."""
     deformation_rate: Array
-    """Its rate, shape (nc, 4)."""
+    """Its rate, in slip at the mean slip of the last step, shape (nc, 4)."""
     friction_use: Array
     """|f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,)."""
     limit_surface_use: Array

@@ -124,6 +124,10 @@ class Samples:
             **self._observed(),
         }
         found["deformation"] = self._as_angles(found["deformation"])
+        is_curved = bool(self._plant.pads[0]["chart_function"])
+        turning = [0, 2, 4] if is_curved else [0, 4]  # theta, the angle about the axis of the object, psi
+        found["contact_angles"] = _without_jumps(found["contact_angles"], [0])
+        found["contact_coordinates"] = _without_jumps(found["contact_coordinates"], turning)
         lower, upper = world.position_limits
         position = found["joint_position"]
         found["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
@@ -160,3 +164,11 @@ class Samples:
         Phi, dr = variables["contact_angles"][..., 1], variables["deformation"][..., 0]
         note = out_of_range(variables["time"], dr, Phi, self._plant)
         return {"out_of_range": note} if note else {}
+
+
+def _without_jumps(values: Array, turning: list[int]) -> Array:
+    """Values over time whose angles [rad], at these places of the last dimension, go on beyond their principal range."""
+    goes_on = values.copy()
+    turns = np.nan_to_num(np.round(np.diff(values[..., turning], axis=0) / (2.0 * np.pi)))
+    goes_on[1:, ..., turning] -= 2.0 * np.pi * np.cumsum(turns, axis=0)
+    return goes_on

@@ -139,7 +139,7 @@ def start_step(touch, terms, envelope, kicks, at, step, state):
     """
     evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, state.v, state.z, 0.0, True, touch.contacts,
                       touch.jacobian)  # fmt: skip
-    note_slip(touch.pads, touch.contacts, state.z)
+    note_slip(touch.pads, touch.contacts, state.z, 0.0)
     factor_matrix(touch, terms.M, envelope, step, kicks.matrix)
     lag_of(touch, envelope, kicks.matrix, step, kicks.w)
     for k in range(state.v.shape[0]):
@@ -188,7 +188,7 @@ def kick(torque, external, touch, terms, envelope, kicks, at, step, state):
         for k in range(3):
             state.z[i, k] = contacts[i].deformation[1 + k]
     pull_of(touch, 0.25 * h, kicks.rate, kicks.touched, kicks.pull)
-    note_slip(touch.pads, contacts, state.z)
+    note_slip(touch.pads, contacts, state.z, h)
     relax(touch.pads, contacts, 0.5 * h, state.z)
     # kick: w, and v of an acceleration that grows evenly within the step
     factor_matrix(touch, terms.M, envelope, h, kicks.matrix)

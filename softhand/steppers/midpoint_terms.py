@@ -113,3 +113,20 @@ def _add_stiffness(columns, contact, jacobian, step, matrix):
                 break
             J = jacobian[a]
             matrix[row, column] += J[0] * fx + J[1] * fy + J[2] * fz + J[3] * fw
+    if jacobian.shape[1] > 4:
+        _add_rolling(columns, contact, jacobian, weight, matrix)
+
+
+@compiled
+def _add_rolling(columns, contact, jacobian, weight, matrix):
+    """Lower triangle of matrix += (h^2/4) J^T `rolling` J, J the turning of z_C: see `roll_stiffness`."""
+    xx, xy, yy = weight * contact.rolling[0], weight * contact.rolling[1], weight * contact.rolling[2]
+    for b in range(columns.shape[0]):
+        if columns[b] < 0:
+            break
+        x, y = jacobian[b, 4], jacobian[b, 5]
+        fx, fy = xx * x + xy * y, xy * x + yy * y
+        for a in range(b, columns.shape[0]):
+            if columns[a] < 0:
+                break
+            matrix[columns[a], columns[b]] += jacobian[a, 4] * fx + jacobian[a, 5] * fy

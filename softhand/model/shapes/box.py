@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand.model.shapes.face import Face
+from softhand.model.shapes.foot import Foot, points_of
 from softhand.model.shapes.shape import Shape, shares, unit_square
 from softhand.numerics.arrays import Array
 
@@ -47,6 +48,10 @@ class Box(Shape):
             away[axis] = np.copysign(1.0, local[axis])
             foot[axis] = away[axis] * self.half[axis]
         return self.centre + self.rotation @ foot, self.rotation @ (away / np.linalg.norm(away))
+
+    def feet(self) -> tuple[Foot, ...]:
+        """Its corners."""
+        return points_of(self.corners())
 
     def corners(self) -> Array:
         """Its eight corners."""

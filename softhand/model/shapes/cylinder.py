@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from softhand.model.shapes.foot import Foot, points_of
 from softhand.model.shapes.shape import (
     EDGE,
     FACE,
@@ -22,7 +23,8 @@ from softhand.model.shapes.shape import (
 )
 from softhand.numerics.arrays import Array
 
-_CORNERS = 12  # on each rim
+_CROWN = 3e-4  # height of the crown of a flat end over the radius, see `Cylinder.feet`
+_POINTS = 6  # on each flat end that it stands on
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +88,30 @@ class Cylinder(CurvedShape):
         io[16], io[17], io[18] = out / rho, 0.0, SHARP if is_rim else 0.0
         io[19], io[20] = nz / rho, 0.0
 
-    def corners(self) -> Array:
-        """Points round both rims."""
-        angle = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
-        rim = self.radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)])
-        ends = [rim + np.array([0.0, 0.0, side * self.half]) for side in (-1.0, 1.0)]
-        return self.in_object(np.concatenate(ends), np.zeros((2 * _CORNERS, 3)))[0]
+    def feet(self) -> tuple[Foot, ...]:
+        """Its rims and its side to roll on, and points of its flat ends to stand on.
+
+        Each rim is the equator of a thin ellipsoid, whose pole is the middle of the flat end: like a flat end that is
+        crowned by a thousandth of the radius, so that the place where it is lowest runs along the rim as the cylinder
+        turns, and goes over the end without a jump as it is set upright. A third one is at half the height. It bears
+        half of the load of a cylinder that lies, and the rims a quarter each, so that their friction holds a spin about
+        the vertical as a line of even pressure does, mu N h / 4 with the height h.
+
+        On a flat end points in a circle carry the load, and keep it from tilting. They are so far from the axis that,
+        with what the crown carries, friction holds a spin as an even pressure does, (2/3) mu N a with the radius a, and
+        so far inside the rim that none of them touches once the cylinder has tilted by a degree or so.
+        """
+        crown = _CROWN * min(self.radius, self.half)
+        places = (("rim 1", crown - self.half, 1.0), ("side", 0.0, 2.0), ("rim 2", self.half - crown, 1.0))
+        round_ = tuple(
+            Foot(name, self.centre + z * self.rotation[:, 2], 0.0, (self.radius, self.radius, crown), self.rotation, k)
+            for name, z, k in places
+        )
+        angle = 2.0 * np.pi * np.arange(_POINTS) / _POINTS
+        out = 2.0 / 3.0 * (_POINTS + 1) / _POINTS * self.radius
+        points = out * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_POINTS)])
+        ends = np.concatenate([points + [0.0, 0.0, side * self.half] for side in (-1.0, 1.0)])
+        return (*points_of(self.in_object(ends, ends)[0], "end point"), *round_)
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """On the side on an even lattice, on the ends along spirals."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand.errors import ModelError
+from softhand.model.shapes.foot import Foot
 from softhand.model.shapes.shape import FACE, OWN, CurvedShape, fibonacci_sphere, normal_of, point_of, set_vector
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
@@ -44,9 +44,9 @@ class Ellipsoid(CurvedShape):
         """See `chart_on`."""
         chart_on(data, data[OWN], data[OWN + 1], data[OWN + 2], io)
 
-    def corners(self) -> Array:
-        """None will do."""
-        raise ModelError("an ellipsoid has no corners; it cannot stand on a table yet.", file="")
+    def feet(self) -> tuple[Foot, ...]:
+        """As it is."""
+        return (Foot("ellipsoid", self.centre, semi_axes=self.semi_axes, rotation=self.rotation),)
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Of many points each time the one farthest from those chosen before."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softhand.model.shapes.box import nearest_face
 from softhand.model.shapes.face import Face
+from softhand.model.shapes.foot import Foot, points_of
 from softhand.model.shapes.shape import (
     EDGE,
     FACE,
@@ -127,6 +128,10 @@ class Polyhedron(CompiledShape):
     def face_at(self, point: ArrayLike) -> Face:
         """The nearest face."""
         return nearest_face(self.faces(), point)
+
+    def feet(self) -> tuple[Foot, ...]:
+        """Its vertices."""
+        return points_of(self.corners())
 
     def corners(self) -> Array:
         """Its vertices."""

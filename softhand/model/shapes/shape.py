@@ -34,6 +34,7 @@ from numba import cfunc, float64, types
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.model.shapes.face import Face
+from softhand.model.shapes.foot import Foot
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled, kernel_folder
 
@@ -59,17 +60,8 @@ class Shape(ABC):
     """In the object frame [m], shape (3,)."""
 
     @abstractmethod
-    def corners(self) -> Array:
-        """Points of the object frame on which it can stand on a plane [m], shape (n, 3); balls of `corner_radius`.
-
-        Raises:
-            ModelError: a few of them do not do.
-        """
-
-    @property
-    def corner_radius(self) -> float:
-        """[m]"""
-        return 0.0
+    def feet(self) -> tuple[Foot, ...]:
+        """What of it can meet a plane, on which it stands, lies or rolls."""
 
     @abstractmethod
     def surface_points(self, count: int) -> tuple[Array, Array]:

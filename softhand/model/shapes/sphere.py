@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from softhand.model.shapes.ellipsoid import chart_on
+from softhand.model.shapes.foot import Foot
 from softhand.model.shapes.shape import FACE, OWN, CurvedShape, fibonacci_sphere, point_of, set_vector
 from softhand.numerics.arrays import Array
 
@@ -41,14 +42,9 @@ class Sphere(CurvedShape):
         """M = diag(r cos v, r), K = I / r, T = (tan v / r, 0)."""
         chart_on(data, data[OWN], data[OWN], data[OWN], io)
 
-    def corners(self) -> Array:
-        """Its centre."""
-        return self.centre[None]
-
-    @property
-    def corner_radius(self) -> float:
-        """Its own."""
-        return self.radius
+    def feet(self) -> tuple[Foot, ...]:
+        """As it is."""
+        return (Foot("ball", self.centre, self.radius),)
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Along a spiral."""
