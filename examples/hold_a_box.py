@@ -19,7 +19,7 @@ STAY = {
 
 def main():
     """Run, and return how far the box gives way and how far off it is at the end [m]."""
-    recording = softhand.simulate(softhand.load_scenario("target-a", STAY))
+    recording = softhand.simulate("target-a", overrides=STAY)
     off = np.linalg.norm(recording.object_position - recording.object_position[0], axis=1)
     summary = softhand.summarize(recording)
     print(f"The box gives way by {1e3 * off.max():.2f} mm; at the end it is back to {1e6 * off[-1]:.0f} um.")

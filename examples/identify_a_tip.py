@@ -7,8 +7,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import softhand
-from softhand.identification.fit import fit_law
-from softhand.identification.measurements import read_measurements
 
 PRESSED = """\
 # made up for this example: a tip pressed straight against a plate, each depth twice
@@ -46,11 +44,13 @@ def main():
     with TemporaryDirectory() as folder:
         file = Path(folder, "press.csv")
         file.write_text(PRESSED)
-        measurements = read_measurements([file])
-    fit = fit_law(measurements, Press, radius=measurements.radius)
-    k, power = fit.estimate("k"), fit.estimate("power")
+        found = softhand.identify(file, law=Press)
+    k, power = found.coefficients["k"], found.coefficients["power"]
     print(f"The force goes with the power {power.value:.3f} ({power.low:.3f} to {power.high:.3f}, 95 %) of the depth;")
     print(f"at a depth of one radius it would be {k.value:.0f} N ({k.low:.0f} to {k.high:.0f} N).")
+    print(f"Fr scatters by {found.noise[0]:.3f} N about the fit, by {found.repeats[0]:.3f} N between repeats.")
+    for finding in found.findings:
+        print(finding.text)
     return k.value, power.value
 
 

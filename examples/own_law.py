@@ -27,8 +27,7 @@ class Gel(softhand.Law):
 def main():
     """Hold the box with such tips; return the normal forces [N] and depths [m] of the start."""
     gel = Gel(radius=0.010, k=1800.0)
-    scenario = softhand.load_scenario("target-a", {"duration": 1.0, "reference.duration": 0.6})
-    recording = softhand.simulate(scenario, law=gel)
+    recording = softhand.simulate("target-a", law=gel, overrides={"duration": 1.0, "reference.duration": 0.6})
     normal, depth = recording.contact_force[0, :, 2], recording.deformation[0, :, 0]
     for name, force, deep in zip(recording.labels["contact"], normal, depth, strict=True):
         print(f"{name} presses with {force:.2f} N and is {1e3 * deep:.2f} mm deep.")

@@ -15,7 +15,7 @@ def run(mass, squeeze):
     force = [squeeze, squeeze, 0.75 * squeeze]
     values = {"object.mass": mass, "grasp.internal_force": force, "reference.internal_force": force}
     try:
-        recording = softhand.simulate(softhand.load_scenario("target-a", SLIPS | values))
+        recording = softhand.simulate("target-a", overrides=SLIPS | values)
     except softhand.GraspError:
         return "no grasp"
     except softhand.SimulationStopped as stop:

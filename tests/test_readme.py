@@ -37,7 +37,7 @@ def test_the_controller_example_knows_no_seam(turn, tmp_path, monkeypatch):
     """Turned as a whole, onto pitch 90 deg or to the ends of roll and yaw, it does the same."""
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "readme"}
-    exec(compile(EXAMPLES[0].partition("scenario =")[0], "README.md", "exec"), namespace)
+    exec(compile(EXAMPLES[0].partition("\ncontroller =")[0], "README.md", "exec"), namespace)
     controller, scenario, Q = namespace["PoseSpring"](), load("regulation"), TURNS[turn]
     here, there = (softhand.simulate(task, controller) for task in (scenario, turned(scenario, Q)))
     assert np.ptp(here.joint_torque, axis=0).max() > 1e-3
