@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from test_attitude import TURNS, load, turned
 
 import softhand
 
@@ -28,6 +30,19 @@ def test_the_controller_example_regulates(tmp_path, monkeypatch):
     exec(compile(EXAMPLES[0], "README.md", "exec"), namespace)
     assert softhand.summarize(namespace["recording"]).position_error < 2.0
     assert (tmp_path / "run.nc").is_file() and (tmp_path / "figure.png").is_file()
+
+
+@pytest.mark.parametrize("turn", ["pitch 90", "seam"])
+def test_the_controller_example_knows_no_seam(turn, tmp_path, monkeypatch):
+    """Turned as a whole, onto pitch 90 deg or to the ends of roll and yaw, it does the same."""
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "readme"}
+    exec(compile(EXAMPLES[0].partition("\ncontroller =")[0], "README.md", "exec"), namespace)
+    controller, scenario, Q = namespace["PoseSpring"](), load("regulation"), TURNS[turn]
+    here, there = (softhand.simulate(task, controller) for task in (scenario, turned(scenario, Q)))
+    assert np.ptp(here.joint_torque, axis=0).max() > 1e-3
+    assert there.joint_torque == pytest.approx(here.joint_torque, rel=0.0, abs=1e-9)
+    assert there.object_position == pytest.approx(here.object_position @ Q.T, rel=0.0, abs=1e-10)
 
 
 def test_the_pictures_and_pages_are_there():

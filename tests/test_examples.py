@@ -1,0 +1,97 @@
+"""Each of examples/ runs as it stands, prints its result with units, and comes to the numbers that are pinned here."""
+
+from __future__ import annotations
+
+import ast
+import re
+import runpy
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import softhand
+
+FOLDER = Path(__file__).parent.parent / "examples"
+FILES = sorted(FOLDER.glob("*.py"))
+
+RESULTS: dict[str, Any] = {
+    "grasp_and_lift": [0.030338, 0.25 * 9.81],  # [m], [N]: the whole weight is on the table again
+    "hold_a_box": [0.0048949, 8.194e-5],  # [m]
+    "identify_a_tip": [117.575, 1.99496],  # [N], [1]
+    "own_controller": [2.1457e-4],  # [m]
+    "own_hand": [0.015],  # [m], as asked
+    "own_law": [0.0022498, 0.0022498, 0.0017258],  # [m]
+}
+"""What `main` returns."""
+
+UNIT = re.compile(r"\d (mm|um|deg|N|N/m|s)\b")
+
+
+def results(name: str) -> Any:
+    return runpy.run_path(str(FOLDER / f"{name}.py"))["main"]()
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_the_result_is_what_it_was(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """`main` returns its numbers, and prints some with units."""
+    found = results(name)
+    if name == "own_law":
+        force, found = found
+        k, hardening = 1800.0, 0.002  # [N/m], [m]
+        assert force == pytest.approx(k * found * (1.0 + 0.5 * found / hardening), rel=1e-9)
+    assert list(found if hasattr(found, "__len__") else [found]) == pytest.approx(RESULTS[name], rel=1e-3)
+    assert UNIT.search(capsys.readouterr().out)
+
+
+def test_what_is_not_compensated_stays_off(capsys: pytest.CaptureFixture[str]) -> None:
+    """Comparison: the position errors [mm], and a line for each of four controllers and two laws."""
+    found = results("compare_controllers")
+    assert list(found.values()) == pytest.approx([0.113208, 0.616540, 0.0203236, 4.845208], rel=1e-3)
+    lines = capsys.readouterr().out.splitlines()
+    assert len([line for line in lines if " mm " in line and " deg " in line]) == 6
+
+
+def test_the_gains_that_are_chosen_hold(capsys: pytest.CaptureFixture[str]) -> None:
+    """Design: the best of the table, K_O [N/m], K_N and growth rate [1/s]."""
+    assert list(results("design_gains")) == pytest.approx([100.0, 0.5, -0.51456], rel=1e-3)
+    assert "K_O = 100 N/m and K_N = 0.5" in capsys.readouterr().out
+
+
+def test_a_heavy_box_wants_a_squeeze(capsys: pytest.CaptureFixture[str]) -> None:
+    """Sweep: more mass is worse and more squeeze is better, in each row and column of the table."""
+    found = results("sweep")
+    rank = {key: ("holds", "slips", "no").index(words.split()[0]) for key, words in found.items()}
+    masses, squeezes = sorted({mass for mass, _ in found}), sorted({squeeze for _, squeeze in found})
+    assert all(rank[a, f] <= rank[b, f] for f in squeezes for a, b in pairwise(masses))
+    assert all(rank[m, a] >= rank[m, b] for m in masses for a, b in pairwise(squeezes))
+    assert found[0.2, 2.0] == "slips 1.84 mm" and {0, 1, 2} == set(rank.values())
+    assert len(capsys.readouterr().out.splitlines()) == 1 + len(masses)
+
+
+def test_the_notebook_runs_from_top_to_bottom(capsys: pytest.CaptureFixture[str]) -> None:
+    """A push moves the box by so much [m]; cells are marked as jupytext reads them."""
+    found = runpy.run_path(str(FOLDER / "notebook.py"))
+    assert [found["off"][0], max(found["off"])] == pytest.approx([0.0, 0.0036872], rel=1e-3)
+    assert found["recording"].complete and UNIT.search(capsys.readouterr().out)
+    text = (FOLDER / "notebook.py").read_text()
+    assert text.startswith("# %% [markdown]\n") and text.count("# %%\n") == 4
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_an_example_is_short_and_keeps_to_public_names(file: Path) -> None:
+    """20 to 60 lines; of softhand only its names; it runs when it is called."""
+    text = file.read_text()
+    assert 20 <= len(text.splitlines()) <= 60
+    assert file.stem == "notebook" or text.endswith('\n\nif __name__ == "__main__":\n    main()\n')
+    for node in ast.walk(ast.parse(text)):
+        assert not (isinstance(node, ast.ImportFrom) and (node.module or "").startswith("softhand"))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "softhand":
+            assert node.attr in softhand.__all__
+
+
+def test_there_are_ten() -> None:
+    """And each has its number above."""
+    others = {"compare_controllers", "design_gains", "sweep", "notebook"}
+    assert {file.stem for file in FILES} == set(RESULTS) | others and len(FILES) == 10
