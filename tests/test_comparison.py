@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import Outcome, run_command
 
 from softhand import (
     Scenario,
@@ -33,7 +32,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-COMMAND = str(Path(sys.executable).with_name("softhand"))
 SHORT = {"duration": 0.02}
 
 
@@ -81,7 +79,7 @@ def test_another_law_takes_along_what_it_shares(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize(("name", "own", "last"), [("target-a", "blind", "planar"), ("pinch", "two-phase", "planar")])
 def test_what_is_compared_by_default(name: str, own: str, last: str) -> None:
     """Alone the line of work for that number of fingers, then other laws; every run goes through."""
-    rows = compare(load_scenario(name, {"duration": 0.02}))
+    rows = compare(load_scenario(name, {"duration": 0.005}))
     assert labels(rows)[0] == "nakashima, regulation" and labels(rows)[1] == LINE_OF_WORK[1]
     assert own in labels(rows) and labels(rows)[-4:] == list(LAWS[1:]) and LAWS[-1] == last
     assert [row.outcome for row in rows] == [""] * len(rows)
@@ -191,9 +189,8 @@ def test_the_figure_has_a_curve_a_run(rows: list[Row]) -> None:
         assert line.get_ydata()[-1] == pytest.approx(1e3 * np.linalg.norm(error))
 
 
-def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([COMMAND, "compare", *arguments], cwd=folder, capture_output=True, text=True, timeout=300,
-                          check=False, env={**os.environ, "COLUMNS": "80"})  # fmt: skip
+def run(*arguments: str, folder: Path) -> Outcome:
+    return run_command("compare", *arguments, folder=folder, width=80)
 
 
 def test_the_command_prints_a_table_and_writes_a_figure(tmp_path: Path) -> None:

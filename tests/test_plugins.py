@@ -1,12 +1,9 @@
 """Plugins: one table of names, open to other packages."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
+from commands import run_command
 
-from softhand import Controller, Law, Reference, ScenarioError, Stepper, load_scenario, simulate
+from softhand import Controller, Law, Reference, ScenarioError, Stepper, load_scenario, plugins, simulate
 from softhand.dampings.damping import Damping
 from softhand.plugins import SHIPPED, describe_plugin, find_plugin, plugin_name, plugin_names
 from softhand.settings.toml import tomllib
@@ -129,28 +126,37 @@ class Still(Controller):
 '''
 
 
-def command(*arguments, folder):
-    program = str(Path(sys.executable).with_name("softhand"))
-    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+@pytest.fixture
+def forget(monkeypatch):
+    """A function after which what files have added is gone, as after a command; called before and after the test."""
+
+    def call():
+        monkeypatch.setattr(plugins, "_files", [])
+        monkeypatch.setattr(plugins, "_from_files", {kind: {} for kind in SHIPPED})
+
+    call()
+    return call
 
 
-def test_a_file_adds_plugins_for_one_command(tmp_path):
+def test_a_file_adds_plugins_for_one_command(tmp_path, forget):
     """`--plugin FILE.py` makes the classes of the file known by name; also in further processes."""
     (tmp_path / "mine.py").write_text(SPRING)
-    short = ("--plugin", "mine.py", "--duration", "0.02", "-q", "--out", "out")
-    result = command("simulate", "--law", "soft-gel", "--controller", "still", "--no-plot", *short, folder=tmp_path)
+    short = ("--plugin", "mine.py", "--duration", "0.01", "-q", "--out", "out")
+    result = run_command("simulate", "--law", "soft-gel", "--controller", "still", "--no-plot", *short, folder=tmp_path)
     assert result.returncode == 0, result.stderr
     assert 'law = "soft-gel"' in (tmp_path / "out/scenario.toml").read_text()
-    result = command("compare", "--law", "nakashima,soft-gel", "--jobs", "2", *short, folder=tmp_path)
+    forget()
+    result = run_command("compare", "--law", "nakashima,soft-gel", "--jobs", "2", *short, folder=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "soft-gel" in (tmp_path / "out/comparison.csv").read_text()
 
 
+@pytest.mark.usefixtures("forget")
 def test_a_scenario_cannot_load_a_file(tmp_path):
     """Without the flag the file is not run, whatever a scenario says, and its law is unknown."""
     (tmp_path / "mine.py").write_text(SPRING)
     for law in ("soft-gel", "mine.py", "mine:SoftGel", "./mine.py:SoftGel"):
-        result = command("simulate", "--set", f"fingertip.law={law}", folder=tmp_path)
+        result = run_command("simulate", "--set", f"fingertip.law={law}", folder=tmp_path)
         assert result.returncode == 1 and "no law is called" in result.stderr
     assert not (tmp_path / "mine.run").exists()
 
@@ -164,9 +170,10 @@ def test_a_scenario_cannot_load_a_file(tmp_path):
         (None, "no Python file"),
     ],
 )
+@pytest.mark.usefixtures("forget")
 def test_a_broken_plugin_file_is_one_message(tmp_path, text, words):
     """A file that cannot be run, has nothing, or a name that is taken."""
     if text is not None:
         (tmp_path / "mine.py").write_text(text)
-    result = command("simulate", "--plugin", "mine.py", folder=tmp_path)
+    result = run_command("simulate", "--plugin", "mine.py", folder=tmp_path)
     assert result.returncode == 1 and words in result.stderr and "Traceback" not in result.stderr
