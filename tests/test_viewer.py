@@ -258,7 +258,7 @@ def test_tips_that_cannot_slip_have_no_mark(scene):
 def test_a_live_page_marks_slips_between_two_pictures():
     """A slip that no picture shows is noted, and on the next one for a tenth of a second."""
     simulation = build(load_scenario("target-a", {"fingertip.contact": "coulomb"}))
-    observation = simulation.sample()
+    observation = simulation.sample().copy()
     with Viewer(simulation, port=PORT) as viewer:
         marks = [k for k, item in enumerate(viewer._scene.items) if item.layer == "slip"]
 

@@ -109,21 +109,19 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
     from softhand.simulation.interrupts import interrupts_held
 
     simulation = build(scenario)
-    folder = out or new_folder(name)
-    make_folder(folder)
-    (folder / "run.nc").unlink(missing_ok=True)  # of an older run: it would stand beside a scenario that it is not of
-    write_text(folder / "scenario.toml", simulation.scenario)
-    try:
-        with (
-            window.watch(simulation) if window else nullcontext() as watch,
-            progress("simulating", scenario.duration, quiet) as report,
-        ):
-            recording = simulation.run(report, watch)
-    except SimulationStopped as stop:
-        with interrupts_held():
-            folder, _ = _save(stop.recording, folder, plot)
-        stop.say_more(f"\nWhat was computed until then is in {folder}/.")
-        raise
+    with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
+        folder = out or new_folder(name)
+        make_folder(folder)
+        (folder / "run.nc").unlink(missing_ok=True)  # of an older run, beside a scenario that it is not of
+        write_text(folder / "scenario.toml", simulation.scenario)
+        try:
+            with progress("simulating", scenario.duration, quiet) as report:
+                recording = simulation.run(report, watch)
+        except SimulationStopped as stop:
+            with interrupts_held():
+                folder, _ = _save(stop.recording, folder, plot)
+            stop.say_more(f"\nWhat was computed until then is in {folder}/.")
+            raise
     with interrupts_held() as held:
         folder, files = _save(recording, folder, plot)
     if held.came:
