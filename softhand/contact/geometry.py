@@ -113,9 +113,10 @@ def _meet_face(pad, object_pose, contact):
 def _go_to_deepest(pad, pose, contact):
     """From the middle of an ellipsoid to the point of it that lies deepest in the plane, which z_C points into.
 
-    With the semi-axes A = diag(a, b, c) along F and u = z_C in F, that point is A^2 u / |A u| from the middle, and nearer
-    to the plane by |A u|. It is a point of no radius which runs over the ellipsoid as that turns. How deep it is changes
-    as if it were fixed there, since it is the deepest: dr' = v_z, and the force does the work that the law stores.
+    With the semi-axes A = diag(a, b, c) along F and u = z_C in F, that point is A^2 u / |A u| from the middle, and
+    nearer to the plane by |A u|. It is a point of no radius which runs over the ellipsoid as that turns. How deep it is
+    changes as if it were fixed there, since it is the deepest: dr' = v_z, and the force does the work that the law
+    stores.
     """
     A, x, y, z = pad.semi_axes, 0.0, 0.0, 0.0
     for row in range(3):

@@ -114,7 +114,7 @@ class Plant:
         self.touch(v, z)
 
     def note_slip(self, z: Array, step: float = 0.0) -> None:
-        """Make the slip of the last evaluation final, in z and in the totals of the contacts, see `friction.note_slip`."""
+        """Make the slip of the last evaluation final, in z and in the totals, see `friction.note_slip`."""
         note_slip(self.pads, self.contacts, z, step)
 
     def settle(self, state: State, step: float = 0.0) -> None:

@@ -167,7 +167,7 @@ class Samples:
 
 
 def _without_jumps(values: Array, turning: list[int]) -> Array:
-    """Values over time whose angles [rad], at these places of the last dimension, go on beyond their principal range."""
+    """Values over time whose angles [rad], at these places of the last dimension, go on beyond one turn."""
     goes_on = values.copy()
     turns = np.nan_to_num(np.round(np.diff(values[..., turning], axis=0) / (2.0 * np.pi)))
     goes_on[1:, ..., turning] -= 2.0 * np.pi * np.cumsum(turns, axis=0)

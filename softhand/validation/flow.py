@@ -165,7 +165,7 @@ def _slid_puck(law: Law, depth: float, limit: str) -> tuple[float, float, float,
 
     rig.run(Midpoint(step=step), 0.25, watch)
     turns = np.cumsum(0.5 * step * (np.array(spins[1:]) + spins[:-1]))
-    times = step * np.arange(len(speeds))
+    times = np.linspace(0.0, step * (len(speeds) - 1), len(speeds))
     slow, calm = (zero_crossing(times, np.array(values) - 0.1 * values[0]) for values in (speeds, spins))
     return max(ways), float(np.max(turns)), slow, calm
 

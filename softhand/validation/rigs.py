@@ -272,7 +272,7 @@ def depth_of(law: Law, force: float) -> float:
     return 0.5 * (low + high)
 
 
-def zero_crossing(times: Sequence[float], values: Sequence[float]) -> float:
+def zero_crossing(times: Sequence[float] | Array, values: Sequence[float] | Array) -> float:
     """Where the values first change sign, between samples along a line; NaN if they do not."""
     for k in range(1, len(values)):
         if values[k - 1] * values[k] <= 0.0 and values[k - 1] != 0.0:

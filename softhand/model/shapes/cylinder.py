@@ -110,7 +110,7 @@ class Cylinder(CurvedShape):
         angle = 2.0 * np.pi * np.arange(_POINTS) / _POINTS
         out = 2.0 / 3.0 * (_POINTS + 1) / _POINTS * self.radius
         points = out * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_POINTS)])
-        ends = np.concatenate([points + [0.0, 0.0, side * self.half] for side in (-1.0, 1.0)])
+        ends = np.concatenate([points + np.array([0.0, 0.0, side * self.half]) for side in (-1.0, 1.0)])
         return (*points_of(self.in_object(ends, ends)[0], "end point"), *round_)
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
