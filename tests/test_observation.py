@@ -304,5 +304,10 @@ def test_recordings_have_the_same_names_and_numbers(name: str, values: dict[str,
         if variable in recording.variables:
             values_seen = np.array([getattr(observation, variable) for observation in seen])
             assert recording[variable].shape == values_seen.shape, variable
-            assert np.array_equal(recording[variable], values_seen), variable
+            told = recording[variable]
+            if variable == "contact_coordinates":  # its angles go on beyond one turn in a recording
+                told = told - 2.0 * np.pi * np.round((told - values_seen) / (2.0 * np.pi))
+                np.testing.assert_allclose(told, values_seen, rtol=0.0, atol=1e-14)
+            else:
+                assert np.array_equal(told, values_seen), variable
     assert np.array_equal(recording.time, [observation.time for observation in seen])

@@ -97,6 +97,24 @@ SPANS = {
 }
 """Second names: where they begin, and how many numbers they take."""
 
+ALIASES = {
+    "q_F": "joint_position",
+    "q_O": "object_coordinates",
+    "q_O_rate": "object_coordinates_rate",
+    "T_O": "coordinate_map",
+    "eta": "contact_coordinates",
+    "eta_rate": "contact_coordinates_rate",
+    "f_N": "internal_force",
+    "K": "internal_force_basis",
+    "N_F": "gravity_torque",
+    "J_CF": "hand_jacobian",
+    "J_CF_f": "hand_force_jacobian",
+    "J_CF_tau": "hand_torsion_jacobian",
+    "M_F": "hand_mass_matrix",
+    "velocity_terms_F": "hand_velocity_terms",
+}
+"""The letters of the paper, and what they stand for."""
+
 Fields: Any = namedtuple("Fields", [*FIELDS, *SPANS])  # type: ignore[misc]
 """A view for each field."""
 

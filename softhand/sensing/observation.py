@@ -11,7 +11,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.rotations import rates_to_turning
 from softhand.numerics.spatial import cross_matrix
 from softhand.references.reference import Desired
-from softhand.sensing.fields import FIELDS, SPANS, fields
+from softhand.sensing.fields import ALIASES, FIELDS, SPANS, fields
 from softhand.sensing.known import Known
 from softhand.settings.wording import nearest
 
@@ -329,25 +329,6 @@ class Observation:
         to_body = np.zeros((6, 6))
         to_body[:3, :3] = to_body[3:, 3:] = self.object_rotation.T
         return to_body
-
-
-ALIASES = {
-    "q_F": "joint_position",
-    "q_O": "object_coordinates",
-    "q_O_rate": "object_coordinates_rate",
-    "T_O": "coordinate_map",
-    "eta": "contact_coordinates",
-    "eta_rate": "contact_coordinates_rate",
-    "f_N": "internal_force",
-    "K": "internal_force_basis",
-    "N_F": "gravity_torque",
-    "J_CF": "hand_jacobian",
-    "J_CF_f": "hand_force_jacobian",
-    "J_CF_tau": "hand_torsion_jacobian",
-    "M_F": "hand_mass_matrix",
-    "velocity_terms_F": "hand_velocity_terms",
-}
-"""The letters of the paper, and what they stand for."""
 
 
 def _read_only(array: Array) -> Array:

@@ -61,7 +61,7 @@ def slide_to_roll() -> Iterable[Check]:
 
 
 def can_rolls_down() -> Iterable[Check]:
-    """A can lies on a slope, its axis askew: it rolls at a right angle to its axis with a = g sin cos / (1 + k^2 / r^2).
+    """A can lies on a slope, its axis askew: it rolls square to its axis with a = g sin cos / (1 + k^2 / r^2).
 
     A solid one and one of thin wall, on a table that lies askew in the world; and from which slope on it slips.
     """
