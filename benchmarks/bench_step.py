@@ -111,7 +111,7 @@ def numpy_law(seen: Any, desired: Any, gains: Gains) -> Array:
 
     Args:
         seen: arrays named as in softhand's `Observation`.
-        desired: what the reference asks for, `softhand.references.Desired`.
+        desired: what the reference asks for, `softhand.references.goal.Desired`.
         gains: of the law.
 
     Returns:

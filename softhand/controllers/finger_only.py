@@ -33,7 +33,7 @@ class FingerOnly(Controller):
     K_O_position: Gain = 100.0
     """Stiffness of the position [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
-    """Stiffness of roll, pitch, yaw [N m/rad], one number or three."""
+    """Stiffness of the orientation [N m/rad], one number or three, as in `regulation`."""
     K_v: Gain = 0.005
     """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5

@@ -49,7 +49,7 @@ class PickAndPlace(Controller):
     K_O_position: Gain = 100.0
     """Stiffness of the position, as in `regulation` [N/m], one number or three."""
     K_O_orientation: Gain = 0.3
-    """Stiffness of roll, pitch, yaw, as in `regulation` [N m/rad], one number or three."""
+    """Stiffness of the orientation, as in `regulation` [N m/rad], one number or three."""
     K_v: Gain = 0.005
     """Damping of the joints [N m s/rad], one number or one a joint."""
     K_N: Gain = 1.5

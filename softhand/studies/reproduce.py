@@ -3,7 +3,7 @@
 Use it as:
 
     from softhand.plots import save_figure
-    from softhand.reproduce import draw, reproduce
+    from softhand.studies.reproduce import draw, reproduce
 
     result = reproduce()
     for name, figure in draw(result).items():
