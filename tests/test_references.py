@@ -45,7 +45,7 @@ def test_the_step_asks_for_the_target_at_once() -> None:
 def test_the_minimum_jerk_follows_its_polynomial(time: float) -> None:
     """s = 10 x^3 - 15 x^4 + 6 x^5 and its derivatives by numpy's polynomials; the target from the duration on."""
     s = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
-    desired = MinimumJerk(**TARGET, duration=0.8).start(START).update(time)
+    desired = MinimumJerk(**TARGET, duration=0.8, orientation_path="euler").start(START).update(time)
     change = np.subtract(GOAL.row(), START.row())
     x = min(time / 0.8, 1.0)
     np.testing.assert_allclose(desired.coordinates, (START.row() + s(x) * change)[:6], atol=1e-14)
