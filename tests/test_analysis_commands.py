@@ -157,7 +157,7 @@ def test_check_takes_what_is_loaded(run_file):
     [
         (["identify"], ["CSV", "--example"]),
         (["identify", "missing.csv"], ["missing.csv", "No such file"]),
-        (["identify", "--example", "--law", "nakasima"], ["--law", "nakashima"]),
+        (["identify", "--example", "--law", "nakasima"], ["law", "Did you mean", "nakashima"]),
         (["identify", "--example", "--fix", "k_q=1"], ["k_q", "k_r"]),
         (["identify", "--example", "--fix", "k_r=soft"], ["k_r", "soft", "number"]),
         (["identify", "--example", "--level", "95"], ["--level", "95"]),

@@ -177,24 +177,15 @@ def test_surface_points_lie_on_the_surface_and_are_spread(shape: Shape) -> None:
 
 
 def test_corners_are_the_farthest_points() -> None:
-    """Corners are points of the surface, and no other point of it is farther out in any direction, or hardly so."""
+    """Corners are points of the surface, and no other point of it is farther out in any direction."""
     directions = np.random.default_rng(6).normal(size=(50, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    for name in ("box", "cylinder", "prism", "hull"):
+    for name in ("box", "prism", "hull"):
         shape = SHAPES[name]
         corners, (surface, _) = shape.corners(), spread_over(shape, 3000)
-        slack = 1e-12 if name != "cylinder" else 0.028 * (1.0 - math.cos(math.pi / 12))
         farthest, at_corners = (np.max(points @ directions.T, axis=0) for points in (surface, corners))
-        assert np.all(farthest <= at_corners + slack)
+        assert np.all(farthest <= at_corners + 1e-12)
         np.testing.assert_allclose(nearest(shape, corners)[0], corners, rtol=0.0, atol=1e-12)
-
-
-def test_a_ball_stands_as_it_is_and_an_ellipsoid_not_at_all() -> None:
-    """On its centre with its own radius; an ellipsoid says so."""
-    ball = SHAPES["sphere"]
-    assert ball.corner_radius == ball.radius and np.array_equal(ball.corners(), [ball.centre])
-    with pytest.raises(ModelError, match="cannot stand on a table"):
-        SHAPES["ellipsoid"].corners()
 
 
 @every_shape

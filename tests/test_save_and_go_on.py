@@ -93,10 +93,20 @@ def uncut(name: str) -> Recording:
 
 
 def differing(whole: Recording, cut: int, rest: Recording) -> list[str]:
-    """Variables of the rest that are not those of the whole run from the cut on."""
+    """Variables of the rest that are not those of the whole run from the cut on.
+
+    Angles that a recording lets go on beyond one turn are counted from its first sample: whole turns may be between.
+    """
     assert list(rest.variables) == list(whole.variables) and len(rest)
     part = slice(cut, cut + len(rest))
-    return [name for name, values in rest.variables.items() if not np.array_equal(values, whole[name][part])]
+    differ = []
+    for name, values in rest.variables.items():
+        apart = values - whole[name][part]
+        if name in ("contact_angles", "contact_coordinates"):
+            apart = apart - 2.0 * np.pi * np.round(apart[:1] / (2.0 * np.pi))
+            apart[np.abs(apart) < 1e-14] = 0.0
+        differ += [name] if np.any(apart) or not np.array_equal(np.isnan(values), np.isnan(whole[name][part])) else []
+    return differ
 
 
 def saved(name: str) -> dict[tuple[int, str], State]:

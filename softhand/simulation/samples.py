@@ -36,6 +36,10 @@ class Samples:
         capacity: samples at most.
         period: between two samples [s].
 
+    Attributes:
+        turns: whole turns that angles had made at the first sample, by the name of their array; after `recording`, at
+            the last. A recording has angles that go on beyond one turn.
+
     Raises:
         ScenarioError: they do not fit into memory.
     """
@@ -60,6 +64,7 @@ class Samples:
                 value=(capacity - 1) * period,
             ) from error
         self.record = self._recorder.record
+        self.turns: dict[str, Array] = {}
 
     def __len__(self) -> int:
         return len(self._recorder)
@@ -126,8 +131,8 @@ class Samples:
         found["deformation"] = self._as_angles(found["deformation"])
         is_curved = bool(self._plant.pads[0]["chart_function"])
         turning = [0, 2, 4] if is_curved else [0, 4]  # theta, the angle about the axis of the object, psi
-        found["contact_angles"] = _without_jumps(found["contact_angles"], [0])
-        found["contact_coordinates"] = _without_jumps(found["contact_coordinates"], turning)
+        for name, places in (("contact_angles", [0]), ("contact_coordinates", turning)):
+            found[name], self.turns[name] = _without_jumps(found[name], places, self.turns.get(name))
         lower, upper = world.position_limits
         position = found["joint_position"]
         found["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
@@ -166,9 +171,21 @@ class Samples:
         return {"out_of_range": note} if note else {}
 
 
-def _without_jumps(values: Array, turning: list[int]) -> Array:
-    """Values over time whose angles [rad], at these places of the last dimension, go on beyond one turn."""
-    goes_on = values.copy()
-    turns = np.nan_to_num(np.round(np.diff(values[..., turning], axis=0) / (2.0 * np.pi)))
-    goes_on[1:, ..., turning] -= 2.0 * np.pi * np.cumsum(turns, axis=0)
-    return goes_on
+def _without_jumps(values: Array, turning: list[int], before: Array | None) -> tuple[Array, Array]:
+    """Values over time whose angles [rad], at these places of the last dimension, go on beyond one turn.
+
+    Args:
+        values: shape (samples, nc, ...).
+        turning: places of the angles.
+        before: whole turns of each angle before the first sample, shape (nc, angles); None for none.
+
+    Returns:
+        The values, and the whole turns of each angle before the last sample.
+    """
+    goes_on, angles = values.copy(), values[..., turning]
+    turns = np.zeros(angles.shape)
+    turns[:1] = 0.0 if before is None else before
+    turns[1:] = -np.nan_to_num(np.round(np.diff(angles, axis=0) / (2.0 * np.pi)))
+    turns = np.cumsum(turns, axis=0)
+    goes_on[..., turning] += 2.0 * np.pi * turns
+    return goes_on, turns[-1] if len(turns) else np.zeros(angles.shape[1:])

@@ -118,6 +118,7 @@ class Simulation:
         self._actuators.reset()
         self._pushes.clear()
         self._Theta[:], self.plant.at[0], self.plant.external[:] = np.nan, np.nan, 0.0
+        self._turns: dict[str, Array] = {}
         for name in TOTALS:
             self.plant.contacts[name] = 0
         if self._asking:
@@ -140,6 +141,7 @@ class Simulation:
             asked = self._asked_at == self._k
             memory, has_memory = self._asking.remembered(asked, self.time), self._asking.has_started
         loop["has_memory"] = np.array([has_memory])
+        loop |= {f"turns {name}": turns for name, turns in self._turns.items()}
         carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory, self.plant.names)
         return State(self.state.q.copy(), self.state.v.copy(), self.state.z.copy(), self.time, carried)
 
@@ -232,6 +234,7 @@ class Simulation:
         first, last = self._k, self._periods if until is None else round(until / self._period)
         count = max(last - first + 1, 0)
         samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, count, self._period)
+        samples.turns = dict(self._turns)
         self._began = clock.perf_counter()
         try:
             for k in range(first, last + 1):
@@ -271,6 +274,7 @@ class Simulation:
         self.integration.resume(carried.stepper)
         self.torque[:], self.torque_limited[:] = carried.loop["torque"], carried.loop["limited"]
         self._Theta[:] = carried.loop["Theta"]
+        self._turns = {name[6:]: turns for name, turns in carried.loop.items() if name.startswith("turns ")}
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))
 
@@ -293,7 +297,9 @@ class Simulation:
         steps = max(len(samples) - 1, 0) * self._steps
         wall = max(clock.perf_counter() - self._began, 1e-9)
         figures = {"steps_per_second": steps / wall, "wall_time": wall}
-        return samples.recording(first, self.scenario, reason, self.reference.phases, figures)
+        recording = samples.recording(first, self.scenario, reason, self.reference.phases, figures)
+        self._turns = samples.turns
+        return recording
 
 
 def _whole_periods(controller: Controller, period: float) -> int:
