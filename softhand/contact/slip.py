@@ -38,6 +38,7 @@ _NEAR = 2.0  # use up to which the law at the trial displacement is a good guide
 _MOST_STEPS = 40  # of each search
 _MOST_HALVINGS = 60
 _NOTHING = 1e-12  # of the force: what is left of the limit for a search where the tip does not press
+_AT_ONCE = 1e-6  # [s]
 _ZERO = (0.0, 0.0, 0.0)
 _UNIT = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -69,7 +70,7 @@ def slip_to_limit(pad, contact, duration):
     norm. In steady sliding y is the whole displacement of a step, so that friction is against it for every law.
 
     Dashpots do not hold what the material alone has beyond the limit: that it lets go at once, without them, and so it
-    does all where h is 0.
+    does all where h is 0. Where only some directions have a dashpot, the others give way at once and those do not.
 
     Args:
         pad: one row of `records.PAD`.
@@ -83,7 +84,10 @@ def slip_to_limit(pad, contact, duration):
     first, second, third = contact.deformation[1], contact.deformation[2], contact.deformation[3]
     lever, D, v, m = contact.lever, contact.dashpot, contact.velocity, 0.0
     least = _NOTHING * length(material_force(contact))
-    if duration > 0.0 and D[0] + D[1] + D[3] > 0.0:
+    is_held = D[0] + D[1] + D[3] > 0.0
+    if is_held and D[0] * D[1] * D[3] == 0.0:
+        duration = max(duration, _AT_ONCE)
+    if is_held and duration > 0.0:
         dash = D[0] / duration, D[1] / duration, D[3] / (lever * lever * duration)
         push = D[0] * v[0], D[1] * v[1], D[3] * v[3] / lever
         m = _return(pad, contact, Trial(displacement_of(contact), push, dash, least))
@@ -178,19 +182,23 @@ def _guess_linear(pad, contact, trial, from_trial):
 def _guess_round(contact, K, s, x0, room):
     """m and x with s, beyond the limit, taken for linear and the limit for a sphere as far out as it is along s.
 
-    |(1 + m K)^-1 s| = r by Newton's method on 1 / |.|, which is concave in m if K is that of an energy.
+    |(1 + m K)^-1 s| = r by Newton's method on 1 / |.|, which is concave in m if K is that of an energy. Where K leaves
+    too much of s as it is for that sphere, the one around the whole limit is taken.
     """
     H, _, _ = limit_of(contact.curve, s)
     r = room * length(s) / math.sqrt(H)
     m, t = 0.0, s
-    for _ in range(_MOST_STEPS):
+    for _ in range(2 * _MOST_STEPS):
         B = one_and_product(m, _UNIT, K)
         t = solved(B, s)
         size = length(t)
         step = (size / r - 1.0) * size * size / dot(t, solved(B, times(K, t)))
-        if not 1e-15 * m < step < math.inf:
+        if 1e-15 * m < step < math.inf:
+            m += step
+        elif size > 1.001 * r and r < room:
+            m, r = 0.0, room
+        else:
             break
-        m += step
     return m, moved(x0, -m, t)
 
 
@@ -235,22 +243,32 @@ def slip_velocity(contact, room):
     Args:
         contact: one row of `records.CONTACT`, after `answer`; its `elastic` force is within the limit.
         room: mu f_z [N].
+
+    Returns:
+        y; the whole of v where there is no other, as where a direction that has no dashpot is at the limit by itself.
     """
     lever, D, velocity = contact.lever, contact.dashpot, contact.velocity
     K = diagonal((D[0], D[1], D[3] / (lever * lever)))
     elastic, v = material_force(contact), (velocity[0], velocity[1], lever * velocity[3])
     m, x = _guess_round(contact, K, moved(elastic, 1.0, times(K, v)), v, room)
+    size = max(length(v), 1e-300)
+    gap, share, x_last, m_last, dx, dm = math.inf, 1.0, x, m, _ZERO, 0.0
     for _ in range(_MOST_STEPS):
         s = moved(elastic, 1.0, times(K, x))
         H, e, by_s = limit_of(contact.curve, s)
         use, y = math.sqrt(H) / room, moved(v, -1.0, x)
         off = moved(y, -m, e)
-        if abs(use - 1.0) < _CLOSE and length(off) <= _ALIGNED * length(y) + _OFF * length(v):
-            break
-        by_x = times_number(1.0 / (math.sqrt(H) * room), times(K, e))
-        dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
-        x, m = moved(x, 1.0, dx), max(m + dm, 0.5 * m)
-    return moved(v, -1.0, x)
+        if abs(use - 1.0) < _CLOSE and length(off) <= _ALIGNED * length(y) + _OFF * size:
+            return y
+        nearer = (use - 1.0) ** 2 + (length(off) / size) ** 2
+        if nearer < gap and m > 0.0:
+            gap, share, x_last, m_last = nearer, 1.0, x, m
+            by_x = times_number(1.0 / (math.sqrt(H) * room), times(K, e))
+            dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
+        else:
+            share *= 0.5
+        x, m = moved(x_last, share, dx), m_last + share * dm
+    return moved(v, -1.0, x_last) if gap < _GOOD else v
 
 
 @compiled
