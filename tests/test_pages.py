@@ -56,6 +56,14 @@ def test_every_command_is_there(page: Path) -> None:
                 assert value in plugin_names(NAMED[option]), line
 
 
+def test_commands_are_found() -> None:
+    """In a block, in the text, and without what stands behind them."""
+    text = "Run `softhand plot run.nc`.\n\n    softhand list laws   # all\n\n```sh\nsofthand check a.toml && ls\n```\n"
+    found = [line.strip() for line in commands(text)]
+    assert found == ["softhand check a.toml", "softhand list laws", "softhand plot run.nc"]
+    assert sum(len(list(commands(page.read_text()))) for page in PAGES) > 100
+
+
 def resolves(name: str) -> bool:
     """Whether a dotted name is a module or something in one."""
     parts, found = name.split("."), import_module("softhand")
