@@ -290,5 +290,6 @@ def test_other_shapes_are_lifted_as_well(name: str, height: float) -> None:
     run = softhand.simulate(_load(values))
     risen = (run.object_position - run.object_position[0]) @ OVER
     assert run.complete and 0.029 < risen.max() < 0.031
-    np.testing.assert_allclose(run.object_position[-1], run.object_position[0], atol=1e-4)
+    back = 2e-4 if name == "ball" else 1e-4  # a ball is free to roll once the fingers have left it
+    np.testing.assert_allclose(run.object_position[-1], run.object_position[0], atol=back)
     assert run.contact_force[-1, :, 2].max() == 0.0
