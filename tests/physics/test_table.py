@@ -62,5 +62,5 @@ def test_the_page_has_the_table_of_the_command() -> None:
 
 def test_every_theme_is_in_the_table() -> None:
     """No experiment is left out, none counts twice."""
-    themes = (table.sliding, table.rolling, table.pressing, table.motion, table.holding)
+    themes = (table.sliding, table.onset, table.flow, table.rolling, table.pressing, table.motion, table.holding)
     assert len(set(table.EXPERIMENTS)) == len(table.EXPERIMENTS) == sum(len(theme.EXPERIMENTS) for theme in themes)
