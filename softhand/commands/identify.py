@@ -105,9 +105,6 @@ def _print(found: Identification) -> None:
     _print_rows(f"law {found.law_name}, radius {1e3 * fit.radius:g} mm, {len(fit.measurements)} rows",
                 ("", "value", f"{level} from", "to", "unit", ""), found.rows())  # fmt: skip
     _print_rows("standard deviations", ("", "of residuals", "of repeats", "unit"), found.scatter_rows())
-    for estimate in found.coefficients.values():
-        if estimate.note and estimate.note != "fixed":
-            _say("warning", f"{estimate.name}: {estimate.note}")
     for finding in found.findings:
         _say("warning" if finding.is_warning else "note", finding.text)
     if found.scores:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softhand.errors import MeasurementError
 from softhand.identification.files.header import DEFORMATION, FORCE, Column, read_header, split_label
 from softhand.identification.files.lengths import read_length
-from softhand.identification.files.table import Table, read_table
+from softhand.identification.files.table import MOST_ROWS, Table, read_table
 from softhand.identification.record import EXAMPLE, Measurements
 from softhand.numerics.arrays import Array
 from softhand.settings.wording import show
@@ -38,6 +38,13 @@ def read_measurements(files: Sequence[str | Path]) -> Measurements:
     if not files:
         raise MeasurementError("There are no files of measurements; give at least one.", column="", value=None)
     parts = [_read_file(Path(file)) for file in files]
+    count = sum(len(part) for part in parts)
+    if count > MOST_ROWS:
+        raise MeasurementError(
+            f"The files have {count} rows, more than {MOST_ROWS}; take means, or every tenth row.",
+            column="",
+            value=count,
+        )
     radii = {part.radius for part in parts if part.radius is not None}
     if len(radii) > 1:
         values = ", ".join(f"{1e3 * radius:g}" for radius in sorted(radii))

@@ -88,7 +88,7 @@ def read_table(file: Path) -> Table:
 
 def _cells(file: Path, number: int, line: str, delimiter: str) -> list[str]:
     try:
-        return next(csv.reader([line], delimiter=delimiter))
+        return next(csv.reader([line], delimiter=delimiter, strict=True))
     except csv.Error as error:
         raise MeasurementError(f"{file}, line {number}: is no row of CSV: {error}.", column="", value=None) from error
 

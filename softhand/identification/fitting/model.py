@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,11 @@ _KEPT = 64  # values whose forces are remembered; a solver asks for the same one
 _STEP = 6e-6  # of central differences, the cube root of the rounding
 
 
+def spread_over(count: int, most: int) -> NDArray[np.int64]:
+    """At most so many of the numbers 0 to count - 1, evenly spread."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64))
+
+
 class Model:
     """Forces of a law at the settings of some measurements, as a function of the coefficients that are fitted.
 
@@ -35,6 +41,7 @@ class Model:
         component: 0 to 3 for Fr, Ftheta, Fphi, Fpsi of each of them, shape (m,).
         row: of the measurements of each of them, shape (m,).
         measured: the numbers, shape (m,).
+        number: of each of them in the model that this one was thinned from, shape (m,).
         lower: limits of `free`, shape (p,).
         upper: likewise.
 
@@ -60,10 +67,24 @@ class Model:
         self.row, self.component = np.nonzero(np.isfinite(measurements.force))
         self.setting = number.ravel()[self.row]
         self.measured = measurements.force[self.row, self.component]
+        self.number = np.arange(len(self.measured))
         self.lower = np.array([coefficient.lower for coefficient in self.free])
         self.upper = np.array([coefficient.upper for coefficient in self.free])
         self._known: dict[bytes, Array] = {}
         self._try()
+
+    def thinned(self, most: int) -> Model:
+        """The same with at most so many numbers of each component, evenly spread."""
+        some = np.sort(np.concatenate([
+            numbers[spread_over(len(numbers), most)]
+            for numbers in (np.flatnonzero(self.component == c) for c in np.unique(self.component))
+        ]))  # fmt: skip
+        other = copy(self)
+        other.number = self.number[some]
+        kept, other.setting = np.unique(self.setting[some], return_inverse=True)
+        other.settings, other._known = self.settings[kept], {}
+        other.row, other.component, other.measured = self.row[some], self.component[some], self.measured[some]
+        return other
 
     def forces(self, values: Array) -> Array:
         """Forces of the law where they were measured, shape (m,)."""

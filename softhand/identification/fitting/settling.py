@@ -44,7 +44,8 @@ def settle(
         if not model.free:
             raise MeasurementError(f"{law}: all is fixed, nothing is left to fit.", column="", value=None)
         solution = solve(model, find_linear(model))
-        lost = find_lost(solution)
+        found = find_lost(solution)
+        lost = found.reasons
         limited = held_at_limits(solution, lost)
         told = len(model.free) - len(lost)
         if len(model.measured) <= told:
@@ -53,12 +54,11 @@ def settle(
                 "give more rows.",
                 column="", value=len(model.measured),
             )  # fmt: skip
-        kept = {c.name: (c.default, note) for c, note in lost.items() if c.default is not None}
         if limited:
             known |= limited
             notes |= {name: f"held at {value:g}, a limit of the law" for name, value in limited.items()}
-        elif kept:
-            known |= {name: default for name, (default, _) in kept.items()}
-            notes |= {name: f"default; {note}" for name, (_, note) in kept.items()}
+        elif found.spare:
+            known |= {coefficient.name: coefficient.default for coefficient in found.spare}
+            notes |= {coefficient.name: f"default; {note}" for coefficient, note in found.spare.items()}
         else:
             return Settled(solution, lost, notes)

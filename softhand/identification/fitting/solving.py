@@ -22,6 +22,7 @@ ENOUGH = 0.5
 
 _REWEIGHTINGS = 8
 _SETTLED = 1e-6  # change of the weights, as a share, at which they are taken
+_FEW = 200  # numbers of a component, among which it is found where to begin
 _POLISHED = 5  # of the starts
 _NOISELESS = 1e-13  # residuals below this share of the forces are rounding
 
@@ -148,6 +149,10 @@ def _minimise(model: Model, linear: NDArray[np.bool_], weight: Array, start: Arr
 
     if start is not None:
         return _polish(model, linear, weight, start, tolerance)
+    few = model.thinned(_FEW)
+    if len(few.measured) < len(model.measured):
+        point = _minimise(few, linear, weight[few.number], None, tolerance)
+        return _polish(model, linear, weight, point, tolerance)
     begun = [_solve_linear(model, linear, weight, point) for point in find_starts(model, linear)]
     begun.sort(key=cost)
     return min((_polish(model, linear, weight, point, tolerance) for point in begun[:_POLISHED]), key=cost)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,22 +18,48 @@ _SHARE = 0.05  # of a direction that the data do not see, from which a coefficie
 _AT_LIMIT = 1e-6  # of the change of a coefficient that makes forces of the size of those measured
 
 
-def find_lost(solution: Solution) -> dict[Coefficient, str]:
-    """Coefficients that the data do not tell, with the reason."""
+@dataclass(frozen=True)
+class Lost:
+    """What the data do not tell.
+
+    Attributes:
+        silent: coefficients that no measured number depends on.
+        together: sets of which only something in common is told, such as a product or a ratio.
+    """
+
+    silent: tuple[Coefficient, ...]
+    together: tuple[tuple[Coefficient, ...], ...]
+
+    @property
+    def reasons(self) -> dict[Coefficient, str]:
+        """Each of them with its reason."""
+        found = {one: "not told: no measured number depends on it" for one in self.silent}
+        for some in self.together:
+            names = " and ".join(one.name for one in some)
+            found |= {one: f"not told: the data depend on {names} only together" for one in some}
+        return found
+
+    @property
+    def spare(self) -> dict[Coefficient, str]:
+        """Those that are to be left at their defaults next, with the reason: one of a set tells the others."""
+        some = [one for one in self.silent if one.default is not None]
+        if not some:
+            some = [one for group in self.together[:1] for one in group if one.default is not None][-1:]
+        return {one: self.reasons[one] for one in some}
+
+
+def find_lost(solution: Solution) -> Lost:
+    """The coefficients that the data do not tell."""
     free, largest = solution.model.free, np.max(np.abs(solution.model.measured), initial=1e-300)
     reach = np.max(np.abs(solution.slope * solution.values), axis=0, initial=0.0) / largest
     # a linear coefficient that is not seen leaves exact zeros, the differences of another one leave rounding
     silent = np.where(solution.linear, ~solution.slope.any(axis=0), reach <= _SILENT)
-    lost = {free[k]: "not told: no measured number depends on it" for k in np.flatnonzero(silent)}
-    heard = np.flatnonzero(~silent)
+    heard, together = np.flatnonzero(~silent), []
     if heard.size:
         _, singular, right = np.linalg.svd(scaled(solution.weighted_slope[:, heard])[0], full_matrices=False)
         for direction in right[singular <= SINGULAR * singular[0]]:
-            together = [free[heard[k]] for k in np.flatnonzero(np.abs(direction) > _SHARE)]
-            names = " and ".join(coefficient.name for coefficient in together)
-            for coefficient in together:
-                lost[coefficient] = f"not told: the data depend on {names} only together"
-    return lost
+            together.append(tuple(free[heard[k]] for k in np.flatnonzero(np.abs(direction) > _SHARE)))
+    return Lost(tuple(free[k] for k in np.flatnonzero(silent)), tuple(together))
 
 
 def find_limits(solution: Solution) -> dict[Coefficient, float]:

@@ -15,6 +15,7 @@ from softhand.identification.residuals.judgement import Judgement
 from softhand.identification.residuals.patterns import SHOWN
 from softhand.numerics.record import Record
 
+_ROUNDING = 1e-12  # [m]; data without noise have such an offset
 _MATTERS = 1.3  # times that a known touch would make an interval narrower, from which it is told
 
 
@@ -58,10 +59,10 @@ def _of_offset(judgement: Judgement, offset: Estimate, level: float) -> Iterator
     elif judgement.has_offset:
         yield Finding(
             "offset",
-            f"dr has an offset of {1e3 * offset.value:.3g} mm ({ends}), which is to be added to it; the coefficients "
-            "are those beside it",
+            f"the forces begin as if dr had an offset of {1e3 * offset.value:.3g} mm ({ends}); the coefficients are those "
+            "with it added to dr. If dr is known to begin at touch, the law has another form than the data",
         )
-    elif kind == "fitted":
+    elif kind == "fitted" and offset.high - offset.low > _ROUNDING:
         name, factor = _narrowed(judgement, level)
         if factor > _MATTERS:
             yield Finding(

@@ -61,7 +61,7 @@ def _look(
     if growing is not None:
         patterns = replace(patterns, growing=growing)
     correlation = patterns.correlation.size if patterns.correlation.chance < LIKELY else 0.0
-    noise = estimate_noise(residuals, patterns.growing.chance < LIKELY, patterns.gains.chance < LIKELY, correlation)
+    noise = estimate_noise(residuals, patterns.has_growth, patterns.gains.chance < LIKELY, correlation)
     return offset, patterns, noise
 
 

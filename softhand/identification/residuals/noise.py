@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.identification.fitting.model import spread_over
 from softhand.identification.fitting.solving import span
 from softhand.identification.residuals.remainder import Residuals
 from softhand.numerics.arrays import Array
@@ -101,16 +102,12 @@ def _thinned(residuals: Residuals) -> NDArray[np.int64]:
     for component in np.unique(residuals.component):
         there = np.flatnonzero(residuals.component == component)
         series = np.unique(residuals.series[there])
-        chosen = series[_spread(len(series), _MOST_NUMBERS // 2)]
+        chosen = series[spread_over(len(series), _MOST_NUMBERS // 2)]
         most = max(_MOST_NUMBERS // len(chosen), 2)
         for one in chosen:
             numbers = there[residuals.series[there] == one]
-            kept.append(numbers[_spread(len(numbers), most)])
+            kept.append(numbers[spread_over(len(numbers), most)])
     return np.sort(np.concatenate(kept))
-
-
-def _spread(count: int, most: int) -> NDArray[np.int64]:
-    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64))
 
 
 def _likeliest(residuals: Residuals, parts: Array, with_gains: bool) -> tuple[Array, Array]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,23 +54,32 @@ class Patterns:
     correlation: Pattern
     form: tuple[Pattern, ...]
 
+    @property
+    def has_growth(self) -> bool:
+        """Whether errors may grow with the force; loops do as well."""
+        return self.growing.chance < LIKELY or any(loop.chance < SHOWN for loop in self.hysteresis)
+
 
 def find_patterns(residuals: Residuals) -> Patterns:
     """Look for each pattern after the likely ones of those before it are taken out."""
-    plain, apart = remainder(residuals, with_gains=False), remainder(residuals, with_gains=True)
+    hysteresis = tuple(_hysteresis(residuals, c) for c in range(4))
+    loops = [c for c in range(4) if hysteresis[c].chance < SHOWN]
+    apart = _without(residuals, loops, with_gains=True)  # gains look like growing scatter, and so do loops
     has_plenty = apart.freedom >= _PLENTY
-    growing = _growing(residuals, apart if has_plenty else plain)  # gains look like growing scatter
+    growing = _growing(residuals, apart if has_plenty else _without(residuals, loops, with_gains=False))
     if growing.chance < LIKELY:
         residuals = residuals.over(estimate_noise(residuals, True, has_plenty).spread)
-        plain, apart = remainder(residuals, with_gains=False), remainder(residuals, with_gains=True)
+    plain, apart = (_without(residuals, loops, with_gains) for with_gains in (False, True))
     gains = _gains(residuals, plain, apart)
-    hysteresis = tuple(_hysteresis(residuals, apart, c) for c in range(4))
-    loops = [_loop(residuals, c) for c in range(4) if hysteresis[c].chance < SHOWN]
-    rest = plain
-    if loops or gains.chance < LIKELY:
-        rest = remainder(residuals, gains.chance < LIKELY, np.column_stack(loops) if loops else None)
+    rest = apart if gains.chance < LIKELY else plain
     return Patterns(gains, growing, hysteresis, _correlation(residuals, rest),
                     tuple(_form(residuals, rest, c) for c in range(4)))  # fmt: skip
+
+
+def _without(residuals: Residuals, loops: Sequence[int], with_gains: bool) -> Remainder:
+    """What remains without the coefficients, the loops of these components, and the gains if asked."""
+    columns = [_loop(residuals, component) for component in loops]
+    return remainder(residuals, with_gains, np.column_stack(columns) if columns else None)
 
 
 def _gains(residuals: Residuals, plain: Remainder, apart: Remainder) -> Pattern:
@@ -94,19 +104,22 @@ def _loop(residuals: Residuals, component: int) -> Array:
     return np.where(there & both[residuals.series], residuals.direction * residuals.force, 0.0)
 
 
-def _hysteresis(residuals: Residuals, apart: Remainder, component: int) -> Pattern:
-    """t-test of a loop beside the coefficients and the gains of the series."""
+def _hysteresis(residuals: Residuals, component: int) -> Pattern:
+    """t-test of a loop, beside the coefficients, the gains of the series, and a bend that a wrong law would leave."""
     from scipy.special import stdtr
 
     loop = _loop(residuals, component)
-    size = float(np.linalg.norm(loop))
-    loop = loop - apart.gain * residuals.sums(apart.gain * loop)[residuals.series]
-    loop = loop - apart.taken @ (apart.taken.T @ loop)
-    length, freedom = float(np.linalg.norm(loop)), apart.freedom - 1
-    if freedom < 1 or length <= 1e-3 * size:
+    if not loop.any():
         return Pattern()
-    share = float(loop @ apart.error) / length**2
-    rest = np.sum((apart.error - share * loop) ** 2) / freedom
+    there = residuals.component == component
+    bends = np.column_stack([np.where(there, residuals.force**power, 0.0) for power in (2, 3)])
+    apart = remainder(residuals, with_gains=True, extra=bends)
+    alone = remainder(replace(residuals, error=loop), with_gains=True, extra=bends).error
+    length, freedom = float(np.linalg.norm(alone)), apart.freedom - 1
+    if freedom < 1 or length <= 1e-3 * float(np.linalg.norm(loop)):
+        return Pattern()
+    share = float(alone @ apart.error) / length**2
+    rest = np.sum((apart.error - share * alone) ** 2) / freedom
     chance = 2.0 * stdtr(freedom, -abs(share) * length / np.sqrt(max(rest, 1e-300)))
     return Pattern(2.0 * share, float(chance), len(np.unique(residuals.series[loop != 0.0])))
 

@@ -10,6 +10,7 @@ from softhand.numerics.arrays import Array
 
 _SAME_ANGLE = np.radians(0.5)
 _SAME_DEPTH = 0.01  # of the largest dr
+_TURNS = 3  # rows for each turn of a loop, at least
 _ORDERED = 2.5  # different settings in a series, from which the order of the rows is taken for that of the experiment
 
 
@@ -34,7 +35,10 @@ def find_series(measurements: Measurements) -> NDArray[np.int64]:
 
 
 def find_directions(measurements: Measurements, series: NDArray[np.int64]) -> NDArray[np.int64]:
-    """1 where the deformation grows along a series, -1 where it falls back, 0 where that is not known, shape (n,)."""
+    """1 where the deformation grows along a series, -1 where it falls back, shape (n,).
+
+    0 where that is not known, and in series that turn so often that they are no loops.
+    """
     size = np.abs(measurements.deformation)
     reach = size.max(axis=0, initial=0.0)
     step = np.diff(size / np.where(reach > 0.0, reach, 1.0), axis=0)
@@ -50,6 +54,8 @@ def find_directions(measurements: Measurements, series: NDArray[np.int64]) -> ND
             held = np.maximum.accumulate(np.where(direction[first:last] != 0, np.arange(last - first), 0))
             direction[first:last] = direction[first:last][held]
             direction[first : first + known[0]] = direction[first + known[0]]
+        if _TURNS * np.count_nonzero(np.diff(direction[first:last])) > last - first:
+            direction[first:last] = 0
     return direction
 
 
