@@ -56,7 +56,7 @@ def test_the_energy_of_a_spring_is_accounted_for() -> None:
     """A conservative law leaves next to nothing."""
     run = simulate(with_law(load_scenario("target-a", {"duration": 0.1}), "conservative"))
     text = dict(check_recording(run).rows)["energy"]
-    assert text.startswith("residual, error of the stepper") and float(text.split()[-6]) < 0.1  # [%]
+    assert text.startswith("residual, error of steps and samples") and float(text.split()[-6]) < 0.1  # [%]
 
 
 def test_a_stopped_run_is_a_warning(stopped: Recording) -> None:

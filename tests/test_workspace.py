@@ -105,20 +105,38 @@ def test_a_joint_limit_ends_the_range_where_the_law_of_cosines_says(tmp_path):
 @pytest.mark.parametrize(("coordinate", "side", "Phi"), [(2, "lower", 89.0), (3, "upper", 89.0), (1, "lower", 1.0)])
 def test_the_tip_ends_the_range_at_its_own_limits(poses, coordinate, side, Phi):
     """Where a range ends at the apex or the rim, the angle of that contact by Pinocchio is that limit."""
-    way = ranges(poses)[coordinate]
-    pose = poses.start.copy()
+    way, pose = ranges(poses)[coordinate], poses.start.copy()
     pose[coordinate] += getattr(way, side)
     scenario = load_scenario("target-a")
     world, angles = read_world(scenario), np.array(scenario.grasp.joint_guess)
     finger = int(getattr(way, f"{side}_end")[len("finger_")]) - 1
-    normal = np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, -1.0, 0]][finger])
-    rotation = rotation_of(pose[3:])
-    arm = Arm(world)
-    target = pose[:3] + rotation @ (np.array(CONTACT_POINTS[finger]) + RADIUS * normal)
+    normal, rotation, arm = poses.fingers.normals[finger], rotation_of(pose[3:]), Arm(world)
+    target = pose[:3] + rotation @ (poses.fingers.points[finger] + RADIUS * normal)
     assert arm.reach(finger, target, angles) < 1e-9
     arm.move(angles)
     sin_Phi = -(arm.tip(finger)[1].T @ rotation @ normal)[0]
     assert math.degrees(math.asin(sin_Phi)) == pytest.approx(Phi, abs=0.1)
+
+
+def test_fingers_in_a_plane_hold_what_moves_in_it():
+    """Two planar fingers follow the object in their plane and about the line between them, and no other way."""
+    ways = {way.name: way for way in ranges(Poses(load_scenario("pinch")))}
+    assert all(ways[name].upper > 0.01 and ways[name].lower < -0.01 for name in ("x", "z", "pitch", "roll"))
+    for name in ("y", "yaw"):
+        assert abs(ways[name].lower) < 1e-3 and ways[name].upper_end.endswith("out of reach")
+
+
+def test_slides_end_the_range_at_their_travel():
+    """The jaws of the gripper follow the object along their line, up to the limits of their slides; no tip at its apex,
+    which its law in surface coordinates does not mind, ends it before."""
+    scenario = load_scenario("gripper")
+    poses = Poses(scenario)
+    way, (lower, upper) = ranges(poses)[0], read_world(scenario).position_limits
+    assert (way.lower_end, way.upper_end) == ("limit of right_slide", "limit of left_slide")
+    travel = min(
+        float(np.min(poses.fingers.angles - lower[:, None])), float(np.min(upper[:, None] - poses.fingers.angles))
+    )
+    assert way.upper == pytest.approx(travel, abs=2e-5) and way.lower == pytest.approx(-travel, abs=2e-5)
 
 
 def test_a_narrower_range_of_Phi_holds_less(poses):

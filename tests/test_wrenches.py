@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from softhand.grasping.wrenches import (
 def opposite(half: float = 0.03, mu: float = 0.5, reach: float = 0.004, length: float = 0.025) -> Contacts:
     """Two fingers that press on the sides +x and -x of an object."""
     points = np.array([[half, 0.0, 0.0], [-half, 0.0, 0.0]])
-    return Contacts(points, -points / half, np.full(2, mu), np.full(2, reach), length)
+    return Contacts(points, -points / half, np.full(2, mu), np.full(2, reach), length, np.zeros((2, 5)))
 
 
 def ring_of(count: int, mu: float = 0.6, reach: float = 0.004) -> Contacts:
@@ -29,12 +30,17 @@ def ring_of(count: int, mu: float = 0.6, reach: float = 0.004) -> Contacts:
     a = 2.0 * math.pi * np.arange(count) / count
     inward = -np.column_stack([np.cos(a), np.sin(a), np.zeros(count)])
     points = -0.03 * inward + np.outer(0.004 * (-1.0) ** np.arange(count), [0.0, 0.0, 1.0])
-    return Contacts(points, inward, np.full(count, mu), np.full(count, reach), 0.03)
+    return Contacts(points, inward, np.full(count, mu), np.full(count, reach), 0.03, np.zeros((count, 5)))
 
 
 def turned(contacts: Contacts, rotation: np.ndarray) -> Contacts:
-    points, normals = contacts.points @ rotation.T, contacts.normals @ rotation.T
-    return Contacts(points, normals, contacts.friction, contacts.torsion_length, contacts.length)
+    return replace(contacts, points=contacts.points @ rotation.T, normals=contacts.normals @ rotation.T)
+
+
+def enlarged(contacts: Contacts, factor: float) -> Contacts:
+    """All lengths so many times as long."""
+    lengths = ("points", "torsion_length", "length")
+    return replace(contacts, **{name: factor * getattr(contacts, name) for name in lengths})
 
 
 # ------------------------------------------------------------------------------------------------------ the grasp map
@@ -87,8 +93,7 @@ def test_singular_values_of_two_opposite_fingers() -> None:
 def test_the_singular_values_have_no_scale_and_no_direction() -> None:
     """All lengths three times as long, or everything turned: the same values."""
     small = ring_of(3)
-    large = Contacts(3 * small.points, small.normals, small.friction, 3 * small.torsion_length, 3 * small.length)
-    np.testing.assert_allclose(singular_values(large), singular_values(small), rtol=1e-12)
+    np.testing.assert_allclose(singular_values(enlarged(small, 3.0)), singular_values(small), rtol=1e-12)
     for rotation in Rotation.random(3, random_state=1).as_matrix():
         np.testing.assert_allclose(singular_values(turned(small, rotation)), singular_values(small), rtol=1e-12)
 

@@ -69,7 +69,7 @@ class Ledger(Record):
 
     @property
     def residual(self) -> Array:
-        """What no account explains [J]: the error of the stepper, and the work of a law that is no spring."""
+        """What no account explains [J]: the error of steps and of samples in between, and the work of a law that is no spring."""
         return self.taken - self.elastic - self.damping - self.slip
 
     @property
@@ -90,7 +90,7 @@ class Ledger(Record):
     @property
     def residual_name(self) -> str:
         """What the residual is."""
-        return "residual, error of the stepper" if self.is_spring else "lost by a law that is no spring"
+        return "residual, error of steps and samples" if self.is_spring else "lost by a law that is no spring"
 
 
 ACCOUNTS = {

@@ -10,7 +10,6 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, Set, check_figure, console, print_table, progress, say_compiling
-from softhand.errors import ScenarioError
 
 
 @app.command(epilog="Example: softhand workspace target-a --phi-max 80 --out reach.pdf")
@@ -20,16 +19,16 @@ def workspace(
     ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("workspace.png"),
-    phi_min: Annotated[float, typer.Option(help=r"Least contact angle Phi \[deg]; 0 is the rim of the tip.")] = 1.0,
-    phi_max: Annotated[float, typer.Option(help=r"Greatest contact angle Phi \[deg]; 90 is the apex.")] = 89.0,
+    phi_min: Annotated[
+        float | None, typer.Option(help=r"Least contact angle Phi \[deg]; 0 is the rim of the tip, 1 if not given.")
+    ] = None,
+    phi_max: Annotated[
+        float | None,
+        typer.Option(help=r"Greatest contact angle Phi \[deg]; 90 is the apex. 89, or 179 for laws without a pole."),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Find the object poses that can be held with the contacts kept, with rigid tips, beside the paper's workspace."""
-    if not 0.0 <= phi_min < phi_max <= 180.0:
-        raise ScenarioError(
-            f"--phi-min {phi_min:g} and --phi-max {phi_max:g} must be from 0 to 180 deg, the first the smaller.",
-            key="phi", value=(phi_min, phi_max),
-        )  # fmt: skip
     check_figure(out)
     say_compiling(quiet)
     from softhand.grasping.workspace import POSES
@@ -41,7 +40,8 @@ def workspace(
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     with progress("asking for poses", float(POSES), quiet) as report:
-        found = find_workspace(chosen, (math.radians(phi_min), math.radians(phi_max)), report)
+        least, most = (None if angle is None else math.radians(angle) for angle in (phi_min, phi_max))
+        found = find_workspace(chosen, (least, most), report)
     save_figure(draw_workspace(found.poses, f"Poses that can be held, about the start of {Path(scenario).stem}"), out)
     if not quiet:
         print_table(f"{scenario}: moves of the object from the start", found.rows())

@@ -192,7 +192,7 @@ def build_pads(
         _set_solid(pad, world, fingertip.can_slip or fingertip.face.is_curved)
         _set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
-        _set_limit(pad, fingertip.limit, fingertip.law.torsion_share)
+        choose_limit(pad, fingertip.limit, fingertip.law.torsion_share)
         pad["has_faces"], pad["face_friction"] = any(fingertip.face_friction), fingertip.face_friction or 0.0
     for pad, support in zip(pads[len(fingertips) :], supports, strict=True):
         pad["is_support"] = 1
@@ -202,7 +202,7 @@ def build_pads(
         _set_shape(pad, world, support)
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
-        _set_limit(pad, support.limit, support.kappa or support.law.torsion_share)
+        choose_limit(pad, support.limit, support.kappa or support.law.torsion_share)
     return pads
 
 
@@ -254,7 +254,8 @@ def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: i
     _set_damping(pad, contact.damping)
 
 
-def _set_limit(pad: np.void, limit: Limit, kappa: float | None) -> None:
+def choose_limit(pad: np.void, limit: Limit, kappa: float | None) -> None:
+    """Set the kind of the limit surface; kappa is tau_max / (mu f_z) over the radius of the contact, if it is fixed."""
     pad["limit"] = ELLIPSE if limit == "ellipse" else OWN_PRESSURE if kappa else COLUMNS
     pad["kappa"] = kappa or 0.0
 

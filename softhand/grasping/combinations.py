@@ -8,13 +8,14 @@ found in bounds all combinations, until the best of those that are known is beyo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.grasping.margin import supports, worst_wrench, wrench_sets
+from softhand.grasping.margin import WrenchSets, supports, worst_wrench, wrench_sets
+from softhand.grasping.materials import Torsion
 from softhand.grasping.places import Place
 from softhand.grasping.situation import Situation
 from softhand.numerics.arrays import Array
@@ -34,19 +35,19 @@ class Combinations:
     Attributes:
         here: hand and object.
         places: of each finger.
-        lengths: tau_max / (mu f_z) of each tip [m].
+        torsions: how each pressed tip holds against a spin.
         apart: least distance between two fingers [m].
     """
 
     here: Situation
     places: list[list[Place]]
-    lengths: Array
+    torsions: list[Torsion]
     apart: float
 
     def best_first(self, rng: np.random.Generator) -> Iterator[Choice]:
         """All combinations whose fingers keep apart, by falling margin; of very many, a random choice."""
         chosen = self._drawn(rng)
-        sets = [self.sets(tuple(found), [i] * len(found)) for i, found in enumerate(self.places)]
+        sets = [self._sets(found, [i] * len(found)) for i, found in enumerate(self.places)]
         bounds, is_known, found = np.full(len(chosen), np.inf), np.zeros(len(chosen), bool), 0
         while len(chosen) and found < _MOST_MARGINS:
             best = int(np.argmax(bounds))
@@ -58,19 +59,21 @@ class Combinations:
                 yield choice
                 continue
             margin, worst = self.margin(choice)
-            reached = [supports(*own, worst[None])[:, 0][chosen[:, i]] for i, own in enumerate(sets)]
+            reached = [supports(own, worst[None])[:, 0][chosen[:, i]] for i, own in enumerate(sets)]
             np.minimum(bounds, np.max(reached, axis=0), out=bounds)
             bounds[best], is_known[best], found = margin, True, found + 1
 
     def margin(self, choice: Choice) -> tuple[float, Array]:
         """Margin of a combination, and the wrench that it answers worst."""
-        return worst_wrench(*self.sets(choice))
+        return worst_wrench(self.sets(choice))
 
-    def sets(self, choice: Choice, fingers: list[int] | None = None) -> tuple[Array, Array]:
-        """`wrench_sets` of places, of the fingers in their order if not said."""
-        who = list(range(len(choice))) if fingers is None else fingers
-        points, normals = (np.array([getattr(place, name) for place in choice]) for name in ("point", "normal"))
-        return wrench_sets(self.here.contacts(points, normals, self.lengths[who], who))
+    def sets(self, choice: Choice) -> WrenchSets:
+        """What its contacts can do."""
+        return self._sets(choice, list(range(len(choice))))
+
+    def _sets(self, places: Sequence[Place], fingers: list[int]) -> WrenchSets:
+        points, normals = (np.array([getattr(place, name) for place in places]) for name in ("point", "normal"))
+        return wrench_sets(self.here.contacts(points, normals, [self.torsions[i] for i in fingers], fingers))
 
     def _drawn(self, rng: np.random.Generator) -> NDArray[np.int64]:
         """Indices of the places of each combination looked at whose fingers keep apart, shape (combinations, nc)."""

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.contact.limit import limit_surface_use
-from softhand.grasping.materials import Material
+from softhand.contact.limit import limit_use
+from softhand.contact.records import CONTACT
+from softhand.grasping.materials import Material, Torsion
 from softhand.grasping.posture import Posture
 from softhand.grasping.situation import skeleton
 from softhand.grasping.wrenches import tangents
@@ -41,15 +42,15 @@ class FingerQuality(Record):
         depth: dr [m].
         force: f_x, f_y, f_z [N], tau [N m] on the object, in a contact frame, shape (4,).
         friction_use: |f_t| / (mu f_z), infinite for a contact that would have to pull.
-        limit_surface_use: with torsion, see `softhand.contact.limit.limit_surface_use`.
-        torsion_length: tau_max / (mu f_z) [m].
+        limit_surface_use: with torsion, see `softhand.contact.limit.limit_use`.
+        torsion: how the tip holds against a spin, its length tau_max / (mu f_z) [m] and the curve of its limit surface.
     """
 
     units: ClassVar = {
         "missing": "m", "stretch": "1", "length": "m", "angles": "rad, m of slides", "reserve": "rad, m of slides",
         "torque": "N m, N of slides", "torque_use": "1", "speeds": "m/rad, 1 of slides", "manipulability": "m^3/rad^3",
         "Phi": "rad", "depth": "m", "force": "N, N, N, N m", "friction_use": "1", "limit_surface_use": "1",
-        "torsion_length": "m",
+        "torsion": "m, 1",
     }  # fmt: skip
 
     name: str
@@ -68,7 +69,7 @@ class FingerQuality(Record):
     force: Array
     friction_use: float
     limit_surface_use: float
-    torsion_length: float
+    torsion: Torsion
 
     @property
     def manipulability(self) -> float:
@@ -105,7 +106,7 @@ def judge_finger(
     length = float(np.sum(np.linalg.norm(np.diff(chain, axis=0), axis=1)))
     force = np.array([*(axis @ push for axis in (*tangents(normal), normal)), posture.torsion[index]])
     depth = float(posture.depth[index])
-    spin = tip.torsion_length(depth if math.isfinite(depth) else tip.depth(float(force[2])))
+    torsion = tip.torsion(depth if math.isfinite(depth) else tip.depth(float(force[2])))
     use = math.inf if force[2] <= 0.0 else float(np.hypot(force[0], force[1]) / (friction * force[2]))
     return FingerQuality(
         name=world.tips[index].name,
@@ -123,6 +124,15 @@ def judge_finger(
         depth=depth,
         force=force,
         friction_use=use,
-        limit_surface_use=math.nan if math.isnan(use) else float(limit_surface_use(force, friction, spin)),
-        torsion_length=spin,
+        limit_surface_use=_limit_use(torsion, force, friction * force[2]),
+        torsion=torsion,
     )
+
+
+def _limit_use(torsion: Torsion, force: Array, room: float) -> float:
+    """`contact.friction.limit_use` of a force; NaN if it is not known."""
+    if not np.isfinite(force).all():
+        return math.nan
+    contact = np.zeros(1, CONTACT)[0]
+    contact["curve"] = torsion.curve
+    return float(limit_use(contact, (force[0], force[1], force[3] / torsion.length), room))

@@ -13,14 +13,17 @@ _ITERATIONS = 30
 _MOST_STEPS = 60  # of `approach`
 _REACHED = 1e-10  # [m]
 _LONGEST = 0.3  # [rad, m] longest step of a joint
-_STRETCHED = 1e-9  # pivots below this share of the largest count as zero: a stretched finger
+_STRETCHED = 1e-9  # e over the trace of J J^T, for a stretched finger or one in a plane
+_STUCK = 4.0  # growth of what is missed in its square by which a finger is known not to come
 
 
 @compiled
 def reach(links, target, angles, rotation):
     """Newton's iteration with steps of least norm, from `angles`, without regard to joint limits.
 
-        step = J^T (J J^T)^-1 miss
+        step = J^T (J J^T + e I)^-1 miss
+
+    with a very small e, for fingers that cannot move in all directions: they reach what lies in theirs.
 
     Args:
         links: as in `place_tip`.
@@ -34,13 +37,18 @@ def reach(links, target, angles, rotation):
     joints = angles.shape[0]
     position, jacobian, gram, miss = np.empty(3), np.empty((3, joints)), np.empty((3, 3)), np.empty(3)
     step, work = np.empty(joints), np.empty((work_rows(joints), 3))
+    left = math.inf
     for _ in range(_ITERATIONS):
         place_tip(links, angles, rotation, position, jacobian, work)
-        if math.sqrt(_missing(target, position, miss)) <= _REACHED:
+        before, left = left, _missing(target, position, miss)
+        if math.sqrt(left) <= _REACHED:
             return True
-        _gram(jacobian, gram)
-        if not _solve3(gram, miss):
+        if left > _STUCK * before:
             return False
+        spread = _gram(jacobian, gram)
+        for i in range(3):
+            gram[i, i] += _STRETCHED * spread
+        _solve3(gram, miss)
         share = _step(jacobian, miss, step)
         for k in range(joints):
             angles[k] += share * step[k]
@@ -120,11 +128,8 @@ def _step(jacobian, way, step):
 
 @compiled
 def _solve3(A, b):
-    """b = A^-1 b for a symmetric positive definite A, shape (3, 3); False if it is singular. A is lost."""
-    largest = max(A[0, 0], A[1, 1], A[2, 2])
+    """b = A^-1 b for a symmetric positive definite A, shape (3, 3). A is lost."""
     for k in range(3):
-        if not A[k, k] > _STRETCHED * largest:
-            return False
         for i in range(k + 1, 3):
             factor = A[i, k] / A[k, k]
             for j in range(k, 3):
@@ -134,4 +139,3 @@ def _solve3(A, b):
         for j in range(i + 1, 3):
             b[i] -= A[i, j] * b[j]
         b[i] /= A[i, i]
-    return True

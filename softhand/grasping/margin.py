@@ -1,10 +1,10 @@
 """Force closure and its margin: the largest ball about zero in what one newton of normal force can do.
 
-One newton at contact i makes the wrenches g_i + B_i u with |u| <= 1: the normal force, and on top of it all forces and
-torsions inside the limit surface (|f_t| / mu)^2 + (tau / (mu l))^2 <= 1. Shared by the contacts at will it makes their
-convex hull W, whose support in a direction d is
+One newton at contact i makes the wrenches g_i + B_i s: the normal force, and on top of it the forces and torsions
+s = (f_1, f_2, tau / l) / mu inside its limit surface H(s) = 1, exact or an ellipse, see `contact.friction`. Shared by
+the contacts at will it makes their convex hull W, whose support in a direction d is
 
-    h(d) = max_i (g_i . d + |B_i^T d|)
+    h(d) = max_i (g_i . d + max_{H(s) <= 1} s . B_i^T d),   for an ellipse max_i (g_i . d + |B_i^T d|)
 
 and the margin is the least h over all unit d: no facets stand for round cones.
 
@@ -20,9 +20,11 @@ Manipulation (1996), for the limit surface of a soft finger.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from softhand.contact.limit import limit_of
 from softhand.grasping.wrenches import Contacts, grasp_matrix
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
@@ -33,15 +35,16 @@ _NEAR = 1e-4  # share by which one more ray must improve the margin
 _MET = 1e-3  # share by which W may reach beyond the plane of a ray
 _MOST_RAYS = 40
 _MOST_COLUMNS = 400
+_TURNS = 5  # of the search for the point of a limit surface
 _SEED = 1e-8  # size of a simplex about zero from which a ray starts
 
 
 def closure_margin(contacts: Contacts) -> float:
     """Margin of force closure: radius of the largest ball about zero in the hull of what the contacts can do.
 
-    The quality of [Ferrari, Canny] for a total normal force of one newton (their L1), with round friction cones and
-    elliptic limit surfaces [Howe, Cutkosky]. It is the size of the worst wrench that the grasp answers with one newton
-    of normal force in all; zero where some wrench cannot be answered at all, however hard the squeeze.
+    The quality of [Ferrari, Canny] for a total normal force of one newton (their L1), with round friction cones and the
+    limit surfaces of soft fingers [Howe, Cutkosky]. It is the size of the worst wrench that the grasp answers with one
+    newton of normal force in all; zero where some wrench cannot be answered at all, however hard the squeeze.
 
     Args:
         contacts: the contacts.
@@ -49,22 +52,41 @@ def closure_margin(contacts: Contacts) -> float:
     Returns:
         [N] a newton, to a thousandth; moments count over L.
     """
-    return worst_wrench(*wrench_sets(contacts), is_final=True)[0]
+    return worst_wrench(wrench_sets(contacts), is_final=True)[0]
 
 
-def worst_wrench(centres: Array, spreads: Array, is_final: bool = False) -> tuple[float, Array]:
+class WrenchSets(NamedTuple):
+    """What one newton of normal force can do at each contact, moments over L."""
+
+    centres: Array
+    """g_i, shape (nc, 6)."""
+    spreads: Array
+    """B_i, shape (nc, 6, 3)."""
+    curves: Array
+    """c_i of the limit surfaces, zeros for ellipses, shape (nc, 5)."""
+
+
+def wrench_sets(contacts: Contacts) -> WrenchSets:
+    """Those of some contacts."""
+    G = grasp_matrix(contacts).reshape(6, len(contacts), 4).transpose(1, 0, 2).copy()
+    G[:, 3:] /= contacts.length
+    mu = contacts.friction
+    spreads = G[:, :, [0, 1, 3]] * np.column_stack([mu, mu, mu * contacts.torsion_length])[:, None]
+    return WrenchSets(G[:, :, 2].copy(), np.ascontiguousarray(spreads), contacts.curves)
+
+
+def worst_wrench(sets: WrenchSets, is_final: bool = False) -> tuple[float, Array]:
     """The margin, and the direction of the wrench that is answered worst.
 
     Args:
-        centres: g_i, shape (nc, 6).
-        spreads: B_i, shape (nc, 6, 3).
+        sets: of the contacts.
         is_final: with rays beside those along the axes, which of a thousand grasps hardly one needs.
 
     Returns:
         The margin as in `closure_margin`, and the unit vector d with h(d) about that, shape (6,).
     """
     worst = np.empty(6)
-    return float(_least_support(centres, spreads, _RAYS if is_final else _RAYS[:12], worst)), worst
+    return float(_least_support(sets, _RAYS if is_final else _RAYS[:12], worst)), worst
 
 
 def is_force_closure(contacts: Contacts) -> bool:
@@ -72,32 +94,29 @@ def is_force_closure(contacts: Contacts) -> bool:
     return closure_margin(contacts) > 0.0
 
 
-def wrench_sets(contacts: Contacts) -> tuple[Array, Array]:
-    """g_i and B_i of each contact, moments over L: shapes (nc, 6) and (nc, 6, 3)."""
-    G = grasp_matrix(contacts).reshape(6, len(contacts), 4).transpose(1, 0, 2).copy()
-    G[:, 3:] /= contacts.length
-    mu = contacts.friction
-    spreads = G[:, :, [0, 1, 3]] * np.column_stack([mu, mu, mu * contacts.torsion_length])[:, None]
-    return G[:, :, 2].copy(), np.ascontiguousarray(spreads)
-
-
-def supports(centres: Array, spreads: Array, directions: Array) -> Array:
+def supports(sets: WrenchSets, directions: Array) -> Array:
     """How far one newton at each contact reaches along unit directions of wrenches, shape (nc, directions).
 
     The least over the directions of the largest over the contacts is an upper bound of the margin.
 
     Args:
-        centres: g_i, shape (nc, 6).
-        spreads: B_i, shape (nc, 6, 3).
+        sets: of the contacts.
         directions: shape (directions, 6).
     """
-    reach = np.linalg.norm(np.einsum("irk,dr->idk", spreads, directions), axis=2)
-    found: Array = centres @ directions.T + reach
+    found = np.empty((len(sets.centres), len(directions)))
+    _fill_supports(sets, directions, found)
     return found
 
 
 @compiled
-def _least_support(centres, spreads, starts, worst):
+def _fill_supports(sets, directions, found):
+    for i in range(found.shape[0]):
+        for k in range(found.shape[1]):
+            found[i, k] = _reach(sets, i, directions[k])[0]
+
+
+@compiled
+def _least_support(sets, starts, worst):
     """Least h(d) that rays from some starts come to, 0 if it is none; sets d, shape (6,)."""
     least = math.inf
     ray, normal, point = np.empty(6), np.empty(6), np.empty(6)
@@ -108,13 +127,13 @@ def _least_support(centres, spreads, starts, worst):
         for turn in range(_MOST_RAYS):
             for r in range(6):  # off the symmetries of a grasp, where planes meet in more than six points
                 ray[r] += 1e-7 * math.sin(1.0 + 3.0 * r + turn)
-            _shoot(centres, spreads, ray, normal, point, basis, work, weights, change)
+            _shoot(sets, ray, normal, point, basis, work, weights, change)
             size = 0.0
             for r in range(6):
                 size += normal[r] * normal[r]
             for r in range(6):
                 ray[r] = normal[r] / math.sqrt(size)
-            reached = _support(centres, spreads, ray, point)
+            reached = _support(sets, ray, point)
             if reached < least:
                 least = reached
                 for r in range(6):
@@ -128,7 +147,7 @@ def _least_support(centres, spreads, starts, worst):
 
 
 @compiled
-def _shoot(centres, spreads, ray, normal, point, basis, work, weights, change):
+def _shoot(sets, ray, normal, point, basis, work, weights, change):
     """Where a ray leaves W: six points of W that span the plane there, and its normal.
 
         max t,   t c = sum w_k p_k,   w_k >= 0,   sum w_k = 1
@@ -137,8 +156,7 @@ def _shoot(centres, spreads, ray, normal, point, basis, work, weights, change):
     not, they stay in the basis, and h of the normal is not above it either.
 
     Args:
-        centres: g_i, shape (nc, 6).
-        spreads: B_i, shape (nc, 6, 3).
+        sets: `WrenchSets`.
         ray: c, shape (6,).
         normal: of the plane, normal . p_k = 1, set, shape (6,).
         point: scratch, shape (6,).
@@ -161,7 +179,7 @@ def _shoot(centres, spreads, ray, normal, point, basis, work, weights, change):
                 weights[k] += work[k, 6 + r] * ray[r]
                 normal[k] += work[r, 6 + k]
         # the point of W furthest beyond that plane comes in
-        if _support(centres, spreads, normal, point) <= 1.0 + _MET:
+        if _support(sets, normal, point) <= 1.0 + _MET:
             break
         largest = 0.0
         for k in range(6):
@@ -181,36 +199,46 @@ def _shoot(centres, spreads, ray, normal, point, basis, work, weights, change):
 
 
 @compiled
-def _support(centres, spreads, direction, point):
+def _support(sets, direction, point):
     """h(d), and the point of W that is furthest along d, set, shape (6,)."""
     most, which = -math.inf, 0
-    for i in range(centres.shape[0]):
-        along, square = 0.0, 0.0
-        for r in range(6):
-            along += centres[i, r] * direction[r]
-        for k in range(3):
-            part = 0.0
-            for r in range(6):
-                part += spreads[i, r, k] * direction[r]
-            square += part * part
-        if along + math.sqrt(square) > most:
-            most, which = along + math.sqrt(square), i
-    # g + B B^T d / |B^T d|
-    square = 0.0
+    for i in range(sets.centres.shape[0]):
+        reached = _reach(sets, i, direction)[0]
+        if reached > most:
+            most, which = reached, i
+    _, s = _reach(sets, which, direction)
     for r in range(6):
-        point[r] = centres[which, r]
-    for k in range(3):
-        part = 0.0
-        for r in range(6):
-            part += spreads[which, r, k] * direction[r]
-        square += part * part
-    for k in range(3):
-        part = 0.0
-        for r in range(6):
-            part += spreads[which, r, k] * direction[r]
-        for r in range(6):
-            point[r] += spreads[which, r, k] * part / math.sqrt(square) if square > 0.0 else 0.0
+        point[r] = sets.centres[which, r]
+        for k in range(3):
+            point[r] += sets.spreads[which, r, k] * s[k]
     return most
+
+
+@compiled
+def _reach(sets, i, direction):
+    """How far contact i reaches along d, and the s of its limit surface with which it does.
+
+    The outward normal e(s) of the surface must be along B^T d = (x, y, z): with F and T the parts of s in force and in
+    torsion, e = (alpha F, beta T) along (|(x, y)|, |z|), see `limit_of`. What is left of the error of s counts in its
+    square only.
+    """
+    along, x, y, z = 0.0, 0.0, 0.0, 0.0
+    for r in range(6):
+        along += sets.centres[i, r] * direction[r]
+        x += sets.spreads[i, r, 0] * direction[r]
+        y += sets.spreads[i, r, 1] * direction[r]
+        z += sets.spreads[i, r, 2] * direction[r]
+    a, b = math.hypot(x, y), abs(z)
+    if a + b == 0.0:
+        return along, (0.0, 0.0, 0.0)
+    curve, F, T = sets.curves[i], a, b
+    for _ in range(_TURNS if curve[0] != 0.0 or curve[1] != 0.0 else 0):
+        normal = limit_of(curve, (F, 0.0, T))[1]
+        F, T = a * F / normal[0] if F > 0.0 else 0.0, b * T / normal[2] if T > 0.0 else 0.0
+    size = math.sqrt(limit_of(curve, (F, 0.0, T))[0])
+    F, T = F / size, T / size
+    scale = F / a if a > 0.0 else 0.0
+    return along + a * F + b * T, (scale * x, scale * y, math.copysign(T, z))
 
 
 @compiled

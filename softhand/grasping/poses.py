@@ -6,11 +6,14 @@ and (17) say where the centre of each tip must be,
     p_F = p_O + R_BO p_C + r n,   n = R_BO n_O the outward normal of the face
 
 and three joints a finger follow from it. A pose can be held if each finger reaches its point within the joint limits
-and touches with the hemisphere: Phi, the latitude of -n on the tip, stays between the rim and the apex. A contact whose
-Theta is more than 90 deg from that of the start has gone past the apex: its Phi is counted on, beyond 90 deg.
+and touches with the hemisphere: Phi, the latitude of -n on the tip, stays between the rim and the apex, where laws in
+polar coordinates end. A contact whose Theta is more than 90 deg from that of the start has gone past the apex: its Phi
+is counted on, beyond 90 deg.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,15 +48,20 @@ class Poses:
         GraspError: a rigid tip does not reach its contact at the start.
     """
 
-    def __init__(self, scenario: Scenario, phi_range: tuple[float, float] = (RIM, APEX)) -> None:
-        """Of a scenario; `phi_range` are the least and the greatest Phi [rad]."""
+    def __init__(self, scenario: Scenario, phi_range: tuple[float | None, float | None] = (None, None)) -> None:
+        """Of a scenario; `phi_range` are the least and the greatest Phi [rad].
+
+        Where they are None, the rim and the apex, or the rim on the other side for laws in surface coordinates.
+        """
         world = read_world(scenario)
         points = np.array(scenario.grasp.contact_points)
         normals = np.array([face.normal for face in faces_of(world, scenario.grasp.contact_points)])
-        radius = np.array([law.radius for law in read_laws(scenario)])
+        laws = read_laws(scenario)
+        radius = np.array([law.radius for law in laws])
+        ends = [(RIM, APEX if law.coordinates == "polar" else math.pi - RIM) for law in laws]
+        given = [[end if end is not None else usual for end, usual in zip(phi_range, own, strict=True)] for own in ends]
         self.start = np.array([*scenario.object.position, *scenario.object.rpy])
         self.names = tuple(tip.name for tip in world.tips)
-        self._phi_range = (float(phi_range[0]), float(phi_range[1]))
         rotation = rotation_of(scenario.object.rpy)
         centres = self.start[:3] + (points + radius[:, None] * normals) @ rotation.T
         arm, angles = Arm(world), initial_joints(world, scenario.grasp.joint_guess)
@@ -61,7 +69,7 @@ class Poses:
         sides = np.array([-(arm.tip(i)[1].T @ normal)[1:] for i, normal in enumerate(normals @ rotation.T)])
         chains = [finger_chain(world, i, angles) for i in range(world.n_tips)]
         self.joint_names = tuple(tuple(world.joint_names[column] for column in columns) for _, columns in chains)
-        self.fingers = Fingers(points, normals, radius, *_side_by_side(world, chains, angles), sides)
+        self.fingers = Fingers(points, normals, radius, *_side_by_side(world, chains, angles), sides, np.array(given))
 
     def _touch(self, arm: Arm, angles: Array, centres: Array, radius: Array) -> None:
         """Put the tips at their contacts; sets `angles`."""
@@ -83,7 +91,7 @@ class Poses:
         """
         poses = np.ascontiguousarray(np.atleast_2d(poses), dtype=float)
         verdict, finger, joint = (np.full(len(poses), value, dtype=np.int64) for value in (0, -1, -1))
-        judge_poses(poses, self.start, self.fingers, self._phi_range, verdict, finger, joint)
+        judge_poses(poses, self.start, self.fingers, verdict, finger, joint)
         return Verdicts(verdict, finger, joint)
 
     def describe(self, verdicts: Verdicts, index: int = 0) -> str:

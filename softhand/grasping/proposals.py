@@ -163,8 +163,8 @@ def propose_grasps(
         places.append(finder.places(i))
         report(0.3 * (i + 1) / world.n_tips)
     _check_reach(world, places, len(finder.surface))
-    lengths = [tip.torsion_length(depth) for tip, depth in zip(here.materials, finder.depths, strict=True)]
-    combinations = Combinations(here, places, np.array(lengths), 2.0 * finder.radius)
+    torsions = [tip.torsion(depth) for tip, depth in zip(here.materials, finder.depths, strict=True)]
+    combinations = Combinations(here, places, torsions, 2.0 * finder.radius)
     solver, wanted = _Solver(here, finder), max(count, _FEW)
     tried: list[Array] = []
     found: list[Proposal] = []

@@ -141,8 +141,8 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         for i in range(world.n_tips)
     )
     centre = here.to_world(here.centre)
-    torsion_lengths = np.array([finger.torsion_length for finger in fingers])
-    contacts = Contacts(points - centre, normals, friction, torsion_lengths, here.length)
+    lengths, curves = zip(*(finger.torsion for finger in fingers), strict=True)
+    contacts = Contacts(points - centre, normals, friction, np.array(lengths), here.length, np.array(curves))
     return GraspQuality(
         fingers=fingers,
         contacts=contacts,

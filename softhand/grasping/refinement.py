@@ -58,7 +58,7 @@ class _Search:
     def _try(self, way: Array) -> bool:
         """Take one step if it raises the margin and can be reached; whether it was taken."""
         beside = tuple(self._moved(place, step) for place, step in zip(self.choice, way, strict=True))
-        reached = supports(*self._combinations.sets(beside), np.array(self._worst))
+        reached = supports(self._combinations.sets(beside), np.array(self._worst))
         if np.min(np.max(reached, axis=0)) <= _BETTER * self._margin:
             return False
         found: list[Place] = []

@@ -13,7 +13,7 @@ from softhand.assembly.parts import read_face_friction
 from softhand.contact.friction import face_of
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
-from softhand.grasping.materials import Material, read_materials
+from softhand.grasping.materials import Material, Torsion, read_materials
 from softhand.grasping.wrenches import Contacts, least_squeeze
 from softhand.model.arm import Arm
 from softhand.model.shapes.shape import Shape
@@ -73,17 +73,21 @@ class Situation:
         faces, material = self.face_friction, self.materials[finger]
         return (faces[face_of(self.shape.rotation, normal)] if faces else 0.0) or material.friction
 
-    def contacts(self, points: Array, normals: Array, torsion_lengths: Array, fingers: Sequence[int]) -> Contacts:
+    def contacts(
+        self, points: Array, normals: Array, torsions: Sequence[Torsion], fingers: Sequence[int] | None = None
+    ) -> Contacts:
         """Contacts about the centre of mass, in axes of the object.
 
         Args:
             points: in the object frame [m], shape (nc, 3).
             normals: outward, shape (nc, 3).
-            torsion_lengths: tau_max / (mu f_z) [m], shape (nc,).
-            fingers: which finger touches at each.
+            torsions: of each pressed tip.
+            fingers: which finger touches at each; in their order if not said.
         """
-        friction = [self.friction(finger, normal) for finger, normal in zip(fingers, normals, strict=True)]
-        return Contacts(points - self.centre, -normals, np.array(friction), torsion_lengths, self.length)
+        who = range(len(points)) if fingers is None else fingers
+        friction = np.array([self.friction(finger, normal) for finger, normal in zip(who, normals, strict=True)])
+        lengths, curves = np.array([one.length for one in torsions]), np.array([one.curve for one in torsions])
+        return Contacts(points - self.centre, -normals, friction, lengths, self.length, curves)
 
     def squeeze(
         self, points: Array, normals: Array, friction: Array, use: float = 1.0, least_normal: float = 0.0

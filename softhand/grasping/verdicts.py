@@ -68,17 +68,18 @@ class Fingers(NamedTuple):
     """Limits, shape (nc, m)."""
     sides: Array
     """y and z of -n in the finger frame at the start: the side of the apex that the contact is on, shape (nc, 2)."""
+    Phi_range: Array
+    """Least and greatest contact angle [rad], shape (nc, 2)."""
 
 
 @compiled
-def judge_poses(poses, start, fingers, phi_range, verdict, finger, joint):
+def judge_poses(poses, start, fingers, verdict, finger, joint):
     """Fill the arrays of `Verdicts`.
 
     Args:
         poses: q_O, shape (poses, 6).
         start: q_O of the start, shape (6,).
         fingers: `Fingers`.
-        phi_range: least and greatest Phi [rad].
         verdict: set, shape (poses,).
         finger: set where a finger fails, shape (poses,).
         joint: set where a joint is at a limit, shape (poses,).
@@ -90,7 +91,7 @@ def judge_poses(poses, start, fingers, phi_range, verdict, finger, joint):
             is_reached = _follow(start, poses[k], fingers, i, own, axes, normal)
             outcome, which = 1, -1
             if is_reached:
-                outcome, which = _examine(fingers, i, own, _latitude(axes, normal, fingers.sides[i]), phi_range)
+                outcome, which = _examine(fingers, i, own, _latitude(axes, normal, fingers.sides[i]))
             if outcome != 0:
                 verdict[k], finger[k], joint[k] = outcome, i, which
                 break
@@ -133,14 +134,14 @@ def _latitude(axes, normal, side):
 
 
 @compiled
-def _examine(fingers, i, own, Phi, phi_range):
+def _examine(fingers, i, own, Phi):
     """`Verdict` of finger i where it reaches its contact, and which joint is at a limit."""
     for m in range(own.shape[0]):
         if not fingers.lower[i, m] <= own[m] <= fingers.upper[i, m]:
             return 2, m
-    if Phi < phi_range[0]:
+    if Phi < fingers.Phi_range[i, 0]:
         return 3, -1
-    if Phi > phi_range[1]:
+    if Phi > fingers.Phi_range[i, 1]:
         return 4, -1
     return 0, -1
 

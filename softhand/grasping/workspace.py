@@ -16,7 +16,6 @@ from softhand.grasping.poses import COORDINATES, Poses
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.scenario.scenario import Scenario
-from softhand.start.press import APEX, RIM
 
 PAPER_POSITION = 0.020  # [m]
 PAPER_ANGLE = math.radians(30.0)
@@ -97,24 +96,26 @@ class Workspace(Record):
 
 def workspace(
     scenario: Scenario,
-    phi_range: tuple[float, float] = (RIM, APEX),
+    phi_range: tuple[float | None, float | None] = (None, None),
     progress: Callable[[float], None] | None = None,
 ) -> Workspace:
     """The poses of the object that can be held with the contacts kept, with rigid tips, beside the paper's.
 
     Args:
         scenario: with a grasp.
-        phi_range: least and greatest contact angle [rad], 0 at the rim of the tip, pi / 2 at its apex.
+        phi_range: least and greatest contact angle [rad], 0 at the rim of the tip, pi / 2 at its apex; where None, from
+            the rim to the apex, or to the rim on the other side for laws in surface coordinates, which have no pole.
         progress: called with the number of poses done, of `POSES`.
 
     Raises:
         ScenarioError: the angles are not from 0 to pi, the first the smaller.
         GraspError: a rigid tip does not reach its contact at the start.
     """
-    if not 0.0 <= phi_range[0] < phi_range[1] <= math.pi:
-        least, most = (math.degrees(angle) for angle in phi_range)
+    least, most = 0.0 if phi_range[0] is None else phi_range[0], math.pi if phi_range[1] is None else phi_range[1]
+    if not 0.0 <= least < most <= math.pi:
         raise ScenarioError(
-            f"Phi from {least:g} to {most:g} deg: these angles must be from 0 to 180 deg, the first the smaller.",
+            f"--phi-min {math.degrees(least):g} and --phi-max {math.degrees(most):g} (phi_range, in radians) must be "
+            "from 0 to 180 deg, the first the smaller.",
             key="phi", value=phi_range,
         )  # fmt: skip
     poses = Poses(scenario, phi_range)

@@ -31,15 +31,19 @@ class Contacts(Record):
         friction: mu of each contact, shape (nc,).
         torsion_length: tau_max / (mu f_z) of each contact [m], zero for a hard finger, shape (nc,).
         length: L, by which moments are compared with forces [m].
+        curves: c_i of each limit surface, see `contact.friction.set_limit`, zeros for ellipses, shape (nc, 5).
     """
 
-    units: ClassVar = {"points": "m", "normals": "1", "friction": "1", "torsion_length": "m", "length": "m"}
+    units: ClassVar = {
+        "points": "m", "normals": "1", "friction": "1", "torsion_length": "m", "length": "m", "curves": "1",
+    }  # fmt: skip
 
     points: Array
     normals: Array
     friction: Array
     torsion_length: Array
     length: float
+    curves: Array
 
     def __len__(self) -> int:
         return len(self.points)
@@ -47,9 +51,9 @@ class Contacts(Record):
     def without(self, index: int) -> Contacts:
         """The same contacts but one."""
         kept = [i for i in range(len(self)) if i != index]
-        return Contacts(
-            self.points[kept], self.normals[kept], self.friction[kept], self.torsion_length[kept], self.length
-        )
+        each = (self.points, self.normals, self.friction, self.torsion_length, self.curves)
+        points, normals, friction, torsion_length, curves = (values[kept] for values in each)
+        return Contacts(points, normals, friction, torsion_length, self.length, curves)
 
 
 def tangents(normal: Array) -> tuple[Array, Array]:

@@ -59,8 +59,8 @@ def _of_offset(judgement: Judgement, offset: Estimate, level: float) -> Iterator
     elif judgement.has_offset:
         yield Finding(
             "offset",
-            f"the forces begin as if dr had an offset of {1e3 * offset.value:.3g} mm ({ends}); the coefficients are those "
-            "with it added to dr. If dr is known to begin at touch, the law has another form than the data",
+            f"the forces begin as if dr had an offset of {1e3 * offset.value:.3g} mm ({ends}); the coefficients are "
+            "those with it added to dr. If dr is known to begin at touch, the law has another form than the data",
         )
     elif kind == "fitted" and offset.high - offset.low > _ROUNDING:
         name, factor = _narrowed(judgement, level)
