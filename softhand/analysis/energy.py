@@ -69,7 +69,7 @@ class Ledger(Record):
 
     @property
     def residual(self) -> Array:
-        """What no account explains [J]: the error of steps and of samples in between, and the work of a law that is no spring."""
+        """What no account explains [J]: the error of steps and samples, and the work of a law that is no spring."""
         return self.taken - self.elastic - self.damping - self.slip
 
     @property
