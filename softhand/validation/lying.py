@@ -40,7 +40,7 @@ def on_table(
         stiffness: as `table.stiffness` [N/m].
         damping: as `table.damping` [N s/m].
     """
-    world = make_world([Carriage("y", mass=1.0, inertia=1.0)], body, gravity, shift=_FAR * plane.normal)
+    world = make_world([Carriage("Z", mass=1.0, inertia=1.0)], body, gravity, shift=_FAR * plane.normal)
     fingertip = tip(world, TOP)
     world, axes = replace(world, shape=shape), np.asarray(rotation, dtype=float)
     height = plane.offset - depth + max(foot.reach(-axes.T @ plane.normal) for foot in shape.feet())
