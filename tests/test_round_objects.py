@@ -98,7 +98,7 @@ def test_the_force_is_the_slope_of_an_energy(shape: Shape) -> None:
 
 
 def test_what_an_ellipsoid_that_turns_adds_to_the_stiffness() -> None:
-    """At the end of an axis, where nothing is left out, `rolling` is the second derivative of the depth times the force."""
+    """At the end of an axis, where nothing is left out, `rolling` is the force times the depth's second derivative."""
     turn = rotation_of((0.4, -1.1, 0.6))
     for axis in range(3):
         down = np.eye(3)[axis]
@@ -131,7 +131,13 @@ def test_what_an_ellipsoid_that_turns_adds_to_the_stiffness() -> None:
 
 
 def rolled(
-    shape: Shape, body: Body, lowest: Callable[[Array], Array], rotation: Array, spin: Array, stiffness: float, step: float
+    shape: Shape,
+    body: Body,
+    lowest: Callable[[Array], Array],
+    rotation: Array,
+    spin: Array,
+    stiffness: float,
+    step: float,
 ) -> tuple[float, float]:
     """How far a body that rolls for 0.3 s on soft feet is off a rigid one: over the way, and in the turn [rad]."""
     gravity = sloping(0.08)
@@ -200,12 +206,15 @@ def test_a_can_rolls_down_at_a_right_angle_to_its_axis(share: float, askew: floa
 
 
 def test_a_can_that_slips_slides_and_spins_up() -> None:
-    """Steeper than tan = mu (1 + r^2 / k^2): a = g (sin - mu cos) and w' = mu g cos r / k^2."""
+    """Steeper than tan = mu (1 + r^2 / k^2): a = g (sin - mu cos) and w' = mu g cos r / k^2.
+
+    In short steps: the dashpot's share of the normal force is of first order in them on a body that turns.
+    """
     slope, mu = math.radians(40.0), 0.2
     rig, along = lying(0.5, slope, 0.0, mu)
     speeds = []
     for _ in range(2):
-        rig.run(Midpoint(step=1e-3), 0.1)
+        rig.run(Midpoint(step=5e-6), 0.1)
         speeds.append((float(rig.velocity[:3] @ (rotation_in(rig).T @ along)), float(rig.velocity[5])))
     gained = np.diff(speeds, axis=0)[0] / 0.1
     assert gained[0] == pytest.approx(G * (math.sin(slope) - mu * math.cos(slope)), rel=1e-3)
@@ -213,13 +222,16 @@ def test_a_can_that_slips_slides_and_spins_up() -> None:
 
 
 def test_rolling_on_a_level_table_goes_on_for_ever() -> None:
-    """A second of it: no drift aside, no energy lost or made, no slip, though the place that touches goes round."""
+    """A second of it: no drift aside, no energy lost or made, no slip, though the place that touches goes round.
+
+    What the step leaves of the energy falls with its cube: 1.3e-7 J at 1 ms, 4e-10 J at 0.2 ms.
+    """
     rig, along = lying(0.5, 0.0, 0.3)
     start = rig.position.copy()
     sunk = RADIUS - MASS * G / (4.0 * K)
     rig.velocity[:3], rig.velocity[5] = rotation_in(rig).T @ (0.3 * along), 0.3 / sunk
     energy = rig.energy()
-    rig.run(Midpoint(step=1e-3), 1.0)
+    rig.run(Midpoint(step=2e-4), 1.0)
     way = rig.position - start
     assert way @ along == pytest.approx(0.3, rel=5e-6)
     assert np.linalg.norm(way - (way @ along) * along) < 1e-7
@@ -252,7 +264,7 @@ def _rocked(stepper: Stepper) -> Array:
     return np.concatenate([rig.state.q, rig.state.v])
 
 
-# ----------------------------------------------------------------------------------------------------- standing, tipping
+# ---------------------------------------------------------------------------------------------------- standing, tipping
 
 
 def standing(tilt: float = 0.0, damping: float = 10.0, friction: float = 0.5) -> Rig:
@@ -275,7 +287,7 @@ def test_a_can_stands_on_its_end_and_stays() -> None:
 
 @pytest.mark.parametrize("load", [0.0, 20.0, 60.0])
 def test_a_can_that_is_pressed_down_comes_to_rest(load: float) -> None:
-    """A little tilted, with a load on it [N] and steps of 3 ms: it does not buzz between one side of the rim and another."""
+    """A little tilted, with a load on it [N] and steps of 3 ms: it does not buzz between two sides of the rim."""
     body = Body(MASS, SOLID.inertia)
     heavy = -(G + load / MASS) * NORMAL
     rotation = pin.exp3(1e-4 * ACROSS) @ UPRIGHT
@@ -328,14 +340,19 @@ def test_a_tilted_can_returns_or_falls(over: float, falls: bool) -> None:
 
 
 def test_from_end_to_rim_to_side_no_energy_comes_or_goes() -> None:
-    """A can tips over without damping, and bounces: energy and the loss of slip stay together; the steps close the rest."""
+    """A can tips over without damping, and bounces: energy and loss of slip stay together, but for the steps."""
     residuals = []
     for step in (1e-4, 5e-5):
         rig = standing(0.02, damping=0.0, friction=0.8)
         rotation, spin = rotation_in(rig), 8.0 * ACROSS + 2.0 * NORMAL
-        rig.velocity[:3], rig.velocity[3:] = rotation.T @ np.cross(rotation @ rim(-rotation.T @ NORMAL), spin), rotation.T @ spin
+        rig.velocity[:3], rig.velocity[3:] = (
+            rotation.T @ np.cross(rotation @ rim(-rotation.T @ NORMAL), spin),
+            rotation.T @ spin,
+        )
         energy, tilts = rig.energy(), []
-        rig.run(RungeKutta4(step=step), 0.25, lambda _, rig=rig, tilts=tilts: tilts.append(rotation_in(rig)[:, 2] @ NORMAL))
+        rig.run(
+            RungeKutta4(step=step), 0.25, lambda _, rig=rig, tilts=tilts: tilts.append(rotation_in(rig)[:, 2] @ NORMAL)
+        )
         lost = float(np.sum(rig.plant.support_contacts["slip_loss"]))
         residuals.append(abs(rig.energy() + lost - energy))
         assert max(tilts) > 0.999 and abs(min(tilts, key=abs)) < 0.05, "from its end to its side"

@@ -105,5 +105,4 @@ def _rolls(slope: float) -> bool:
     return travel[-1] == travel[199]
 
 
-
 EXPERIMENTS = (rolls_down, slide_to_roll, can_rolls_down)
