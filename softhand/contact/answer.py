@@ -40,8 +40,8 @@ def answer(pad, contact):
 
 @compiled
 def normal_force(contact):
-    """f_z of material and dashpot together, without pull [N]; after `answer`."""
-    normal = contact.elastic[2] + contact.dashpot[2] * contact.velocity[2]
+    """f_z of material and dashpot together, without pull, for the limit of friction [N]; after `answer`."""
+    normal = contact.elastic[2] + contact.dashpot[2] * contact.pressing_rate
     return 0.0 if normal < 0.0 else normal
 
 

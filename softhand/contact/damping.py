@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.answer import answer
+from softhand.contact.answer import answer, normal_force
 from softhand.contact.limit import limit_use
 from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
@@ -56,12 +56,12 @@ def press(contact):
     force, elastic, dashpot, velocity = contact.force, contact.elastic, contact.dashpot, contact.velocity
     contact.slip_rate[0], contact.slip_rate[1], contact.slip_rate[2] = 0.0, 0.0, 0.0
     for k in range(4):
-        force[k] = elastic[k] + dashpot[k] * velocity[k]
+        force[k] = elastic[k] + dashpot[k] * (velocity[k] if k != 2 else contact.pressing_rate)
     if force[2] < 0.0 and (contact.is_damped or contact.grip < math.inf):
         force[2] = 0.0
     if contact.grip == math.inf:
         return False
-    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * force[2])
+    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(contact))
     return not contact.limit_surface_use <= 1.0 + ROUNDED
 
 
@@ -84,7 +84,7 @@ def react(contact):
     if not press(contact):
         return False
     force, dashpot, lever = contact.force, contact.dashpot, contact.lever
-    room = contact.grip * force[2]
+    room = contact.grip * normal_force(contact)
     yields = room > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0
     if yields:
         y = slip_velocity(contact, room)

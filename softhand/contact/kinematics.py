@@ -86,6 +86,7 @@ def move_contacts(columns, contacts, jacobian, v):
             continue
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
+        contact.pressing_rate = contact.velocity[2]
         react(contact)
 
 

@@ -22,6 +22,10 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
     (R, Theta, Phi) follow from the poses, so dr = r - R cannot drift; only z has a memory: (dtheta, dphi, dpsi), or
     (s1, s2, psi) under a law in surface coordinates, and behind them what a damping remembers.
 
+    With a lead, v is that of the middle of the step, and the frames are those of its end. On a body that turns the
+    normal velocity of the two together is off by half of a step, and friction with the force of a dashpot at it, so
+    that the limit of friction takes the mean rate of the depth over the step.
+
     Args:
         pads: table `records.PAD`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
@@ -38,6 +42,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         pad, contact = pads[i], contacts[i]
         pose, base_pose = poses[pad.joint], poses[pad.base]
         find_nearest(pad, pose, base_pose, contact)
+        was_near = not contact.is_idle
         if pad.is_support:
             if pad.radius - contact.distance <= 0.0:
                 _rest(contact, jacobian[i])
@@ -48,6 +53,9 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         contact_jacobian(pad, contact, columns[i], J, jacobian[i])
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
+        contact.pressing_rate = contact.velocity[2]
+        if lead > 0.0 and was_near:
+            contact.pressing_rate = 0.5 * (pad.radius - contact.distance - contact.deformation[0]) / lead
         contact.deformation[0] = pad.radius - contact.distance
         for k in range(3):
             contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]

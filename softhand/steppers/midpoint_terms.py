@@ -70,6 +70,8 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
 def pull_of(touch, weight, rate, touched, pull):
     """pull = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force.
 
+    Beside it half of what it does to the viscous force along z, which is taken at the mean rate of the step.
+
     Zero for a contact that did not touch before the step.
     """
     for i in range(touch.contacts.shape[0]):
@@ -87,6 +89,7 @@ def pull_of(touch, weight, rate, touched, pull):
         K = contact.stiffness
         for k in range(4):
             pull[i, k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
+        pull[i, 2] += 0.5 * contact.damping[2] * z
 
 
 @compiled
