@@ -26,8 +26,8 @@ class Regulation(Controller):
               - K_v q_F' + N_F + J_CF^tauT tau_C
 
     With `orientation_error = "euler"` that is the law as it stands. By default q_O - q_Od is the position and the
-    rotation vector from the desired orientation, in axes of the object, and J_O, N_O go with them: the same near the
-    target, and at every attitude. Without compensation both terms of tau_C are dropped. A gain is a number or a list of
+    rotation vector from the desired orientation, in axes of the object, and J_O, N_O go with them: the same at every
+    attitude, and near the paper's while roll and pitch are small. Without compensation both terms of tau_C are dropped. A gain is a number or a list of
     its diagonal.
 
     A hand with more joints than its contact forces need can move without moving a contact point: J_CF^f q_F' = 0. (59)
