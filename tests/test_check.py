@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from commands import Outcome, run_command
 from hands import HAND_URDF, make_named_task
 
 from softhand.assembly.build import build
@@ -24,7 +23,6 @@ from softhand.scenario.scenario import load_scenario, with_law
 from softhand.scenario.schema import scenario_schema
 from softhand.settings.toml import tomllib
 
-COMMAND = str(Path(sys.executable).with_name("softhand"))
 DATA = Path(__file__).parent / "data"
 
 
@@ -32,8 +30,8 @@ def checked(**changes: Any) -> Checkup:
     return check_scenario(load_scenario("target-a", {key.replace("__", "."): value for key, value in changes.items()}))
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([COMMAND, "check", *arguments], capture_output=True, text=True, timeout=300, check=False)
+def run(*arguments: str) -> Outcome:
+    return run_command("check", *arguments, folder=DATA)
 
 
 # ---------------------------------------------------------------------------------------- a scenario explained

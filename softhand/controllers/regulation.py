@@ -27,8 +27,8 @@ class Regulation(Controller):
 
     With `orientation_error = "euler"` that is the law as it stands. By default q_O - q_Od is the position and the
     rotation vector from the desired orientation, in axes of the object, and J_O, N_O go with them: the same at every
-    attitude, and near the paper's while roll and pitch are small. Without compensation both terms of tau_C are dropped. A gain is a number or a list of
-    its diagonal.
+    attitude, and near the paper's while roll and pitch are small. Without compensation both terms of tau_C are dropped.
+    A gain is a number or a list of its diagonal.
 
     A hand with more joints than its contact forces need can move without moving a contact point: J_CF^f q_F' = 0. (59)
     only damps that motion. With K_posture, ours, it is drawn to the joint angles of the start, by

@@ -24,7 +24,7 @@ Choice = tuple[Place, ...]
 """One place a finger."""
 
 _MOST = 100_000  # combinations looked at
-_MOST_MARGINS = 2000  # of them whose margin is found
+_MOST_MARGINS = 3000  # that are looked for
 _CLOSED = 1e-6  # margin of a grasp worth solving
 
 
@@ -48,8 +48,8 @@ class Combinations:
         """All combinations whose fingers keep apart, by falling margin; of very many, a random choice."""
         chosen = self._drawn(rng)
         sets = [self._sets(found, [i] * len(found)) for i, found in enumerate(self.places)]
-        bounds, is_known, found = np.full(len(chosen), np.inf), np.zeros(len(chosen), bool), 0
-        while len(chosen) and found < _MOST_MARGINS:
+        bounds, is_known = np.full(len(chosen), np.inf), np.zeros(len(chosen), bool)
+        for _ in range(_MOST_MARGINS if len(chosen) else 0):
             best = int(np.argmax(bounds))
             if bounds[best] <= _CLOSED:
                 return
@@ -58,14 +58,15 @@ class Combinations:
                 bounds[best] = 0.0
                 yield choice
                 continue
-            margin, worst = self.margin(choice)
+            enough = float(np.max(bounds[is_known], initial=0.0))  # beyond which it would come first
+            margin, worst = self.margin(choice, enough)
             reached = [supports(own, worst[None])[:, 0][chosen[:, i]] for i, own in enumerate(sets)]
             np.minimum(bounds, np.max(reached, axis=0), out=bounds)
-            bounds[best], is_known[best], found = margin, True, found + 1
+            bounds[best], is_known[best] = margin, margin >= enough
 
-    def margin(self, choice: Choice) -> tuple[float, Array]:
-        """Margin of a combination, and the wrench that it answers worst."""
-        return worst_wrench(self.sets(choice))
+    def margin(self, choice: Choice, enough: float = 0.0) -> tuple[float, Array]:
+        """Margin of a combination, and the wrench that it answers worst; see `worst_wrench`."""
+        return worst_wrench(self.sets(choice), enough)
 
     def sets(self, choice: Choice) -> WrenchSets:
         """What its contacts can do."""

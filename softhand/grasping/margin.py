@@ -52,7 +52,7 @@ def closure_margin(contacts: Contacts) -> float:
     Returns:
         [N] a newton, to a thousandth; moments count over L.
     """
-    return worst_wrench(wrench_sets(contacts), is_final=True)[0]
+    return float(_least_support(wrench_sets(contacts), _RAYS, _CLOSED, np.empty(6)))
 
 
 class WrenchSets(NamedTuple):
@@ -75,18 +75,20 @@ def wrench_sets(contacts: Contacts) -> WrenchSets:
     return WrenchSets(G[:, :, 2].copy(), np.ascontiguousarray(spreads), contacts.curves)
 
 
-def worst_wrench(sets: WrenchSets, is_final: bool = False) -> tuple[float, Array]:
+def worst_wrench(sets: WrenchSets, enough: float = 0.0) -> tuple[float, Array]:
     """The margin, and the direction of the wrench that is answered worst.
+
+    With the rays along the axes alone, which of a thousand grasps hardly one needs more than.
 
     Args:
         sets: of the contacts.
-        is_final: with rays beside those along the axes, which of a thousand grasps hardly one needs.
+        enough: a margin below this need not be known: h(d) of some direction below it will do.
 
     Returns:
-        The margin as in `closure_margin`, and the unit vector d with h(d) about that, shape (6,).
+        h(d) and the unit vector d, shape (6,).
     """
     worst = np.empty(6)
-    return float(_least_support(sets, _RAYS if is_final else _RAYS[:12], worst)), worst
+    return float(_least_support(sets, _RAYS[:12], max(enough, _CLOSED), worst)), worst
 
 
 def is_force_closure(contacts: Contacts) -> bool:
@@ -116,8 +118,8 @@ def _fill_supports(sets, directions, found):
 
 
 @compiled
-def _least_support(sets, starts, worst):
-    """Least h(d) that rays from some starts come to, 0 if it is none; sets d, shape (6,)."""
+def _least_support(sets, starts, enough, worst):
+    """Least h(d) that rays from some starts come to, or the first below `enough`; sets d, shape (6,). Never below 0."""
     least = math.inf
     ray, normal, point = np.empty(6), np.empty(6), np.empty(6)
     basis, work, weights, change = np.empty((6, 6)), np.empty((6, 12)), np.empty(6), np.empty(6)
@@ -138,8 +140,8 @@ def _least_support(sets, starts, worst):
                 least = reached
                 for r in range(6):
                     worst[r] = ray[r]
-            if reached < _CLOSED:
-                return 0.0
+            if reached < enough:
+                return reached if reached > _CLOSED else 0.0
             if reached >= last * (1.0 - _NEAR):
                 break
             last = reached

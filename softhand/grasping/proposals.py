@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,8 +33,8 @@ USE = 0.7
 TORQUE_USE = 0.8
 """Largest share of an effort limit."""
 
-_FEW = 5  # of the best combinations that are refined, if fewer proposals are asked for
-_MOST_TRIED = 100  # combinations that are solved
+_FEW = 3  # of the best combinations that are refined, if fewer proposals are asked for
+_MOST_SOLVED = 400  # combinations
 _DIGITS = 9  # of a contact point [m]: on its face, and two points in balance, to rounding
 
 
@@ -166,19 +167,24 @@ def propose_grasps(
     torsions = [tip.torsion(depth) for tip, depth in zip(here.materials, finder.depths, strict=True)]
     combinations = Combinations(here, places, torsions, 2.0 * finder.radius)
     solver, wanted = _Solver(here, finder), max(count, _FEW)
-    tried: list[Array] = []
+    seeds: list[Array] = []
     found: list[Proposal] = []
-    for choice in combinations.best_first(np.random.default_rng(seed)):
-        points_of = np.array([place.point for place in choice])
-        if not finder.is_new(points_of, [*tried, *(one.contact_points for one in found)]):
+    best_first = combinations.best_first(np.random.default_rng(seed))
+    for choice in islice(best_first, _MOST_SOLVED):
+        places_of = np.array([place.point for place in choice])
+        if not finder.is_new(places_of, [*seeds, *(one.contact_points for one in found)]):
             continue
-        tried.append(points_of)
-        solved = (solver.solve(one) for one in (refine(choice, combinations, finder), choice))
+        rough = solver.solve(choice)
+        if rough is None:
+            continue
+        seeds.append(places_of)
         known = [one.contact_points for one in found]
-        new = (one for one in solved if one is not None and finder.is_new(one.contact_points, known))
-        found += [one for one in [next(new, None)] if one is not None]
+        for proposal in (solver.solve(refine(choice, combinations, finder)), rough):
+            if proposal is not None and finder.is_new(proposal.contact_points, known):
+                found.append(proposal)
+                break
         report(0.3 + 0.7 * len(found) / wanted)
-        if len(found) == wanted or len(tried) == _MOST_TRIED:
+        if len(found) == wanted:
             break
     report(1.0)
     if not found:

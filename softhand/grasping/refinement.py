@@ -67,7 +67,7 @@ class _Search:
             if there is None or not all(self._combinations.keep_apart(there, other) for other in found):
                 return False
             found.append(there)
-        margin, worst = self._combinations.margin(tuple(found))
+        margin, worst = self._combinations.margin(tuple(found), _BETTER * self._margin)
         self._worst.append(worst)
         if margin <= _BETTER * self._margin:
             return False
