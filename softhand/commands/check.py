@@ -46,4 +46,4 @@ def check(
     if not quiet:
         count = len(found.warnings)
         text = f"{target}: no errors, {count} warning{'' if count == 1 else 's'}"
-        console().print(escape(text), highlight=False)
+        console().print(escape(text), highlight=False, soft_wrap=True)

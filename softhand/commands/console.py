@@ -109,16 +109,17 @@ _WORD = 20  # letters of a label that stay on one line in a narrow console
 
 
 def print_table(title: str, rows: Sequence[tuple[str, ...]]) -> None:
-    """Rows of texts below a title."""
+    """Rows of texts below a title, which is often a path and stays on one line."""
     from rich import box
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=False)
+    table = Table(box=box.SIMPLE_HEAD, show_header=False)
     for k in range(len(rows[0]) if rows else 0):
         longest = max(len(word) for row in rows for word in row[k].split() or [""])
         table.add_column(overflow="fold", min_width=min(longest, _WORD) if k == 0 else None)
     for row in rows:
         table.add_row(*map(escape, row))
+    console().print(f"[bold]{escape(title)}[/]", highlight=False, soft_wrap=True)
     console().print(table)
 
 
