@@ -91,12 +91,14 @@ def ring(task: Task, stepper: Stepper, duration: float, speed: float = 0.5, ever
     for k in range(round(duration / stepper.step)):
         _copy(state, before)
         middle = state.q[:n] + (0.0 if is_euler else 0.5) * stepper.step * state.v[:n]
-        plant_before, integration_before = plant.carry(), integration.carry()
+        carried = integration.carry()
+        plant_before = plant.carry() if carried else {}
         for again in range(rounds):
-            if again:  # a step that is made again must begin where the one before ended
+            if again:
                 _copy(before, state)
+            if again and carried:  # a step that is made again must begin where the one before ended
                 plant.resume(state, plant_before)
-                integration.resume(integration_before)
+                integration.resume(carried)
             integration.advance(state, hold - SPRING * (middle - rest))
             middle = 0.5 * (before.q[:n] + state.q[:n])
         if (k + 1) % period == 0:
