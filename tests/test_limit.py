@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from softhand.contact.limit import limit_of, limit_surface_use, limit_use, set_limit, spin_length
+from softhand.contact.limit import limit_of, limit_use, set_limit, spin_length
 from softhand.contact.records import COLUMNS, CONTACT, OWN_PRESSURE, PAD
 from softhand.laws.hertz import Hertz
 from softhand.validation.pressures import Pressure, columns, lever, limit_curve, power
@@ -55,18 +55,12 @@ def test_spin_length_of_hertz() -> None:
     assert spin_length(pad_of(torsion_share=Hertz.torsion_share), 0.008) == pytest.approx(moment / force * a, rel=1e-10)
 
 
-def test_limit_surface_is_an_ellipse() -> None:
-    """1 at (mu f_z, 0), at (0, mu f_z length) and on the ellipse between; a load without normal force is beyond it."""
-    mu, length, pressing = 0.5, 0.003, 8.0
-    contact = limited(1e-3, torsion_length=length)
+def test_without_a_curve_the_limit_is_an_ellipse() -> None:
+    """1 at (mu f_z, 0), at (0, mu f_z l) and on the ellipse between; a load without normal force is beyond it."""
+    contact = limited(1e-3, torsion_length=0.003)
     for angle in np.linspace(0.0, 0.5 * np.pi, 7):
-        tangential, torsion = mu * pressing * np.cos(angle), mu * pressing * length * np.sin(angle)
-        force = np.array([0.6 * tangential, -0.8 * tangential, pressing, -torsion])
-        assert limit_surface_use(force, mu, length) == pytest.approx(1.0, rel=1e-12)
-        s = 0.6 * tangential, -0.8 * tangential, -torsion / length
-        assert limit_use(contact, s, mu * pressing) == pytest.approx(1.0, rel=1e-12)
-    assert limit_surface_use(np.array([0.0, 0.0, pressing, 0.0]), mu, length) == 0.0
-    assert limit_surface_use(np.array([1e-9, 0.0, 0.0, 0.0]), mu, length) == np.inf
+        s = 0.6 * 4.0 * np.cos(angle), -0.8 * 4.0 * np.cos(angle), -4.0 * np.sin(angle)
+        assert limit_use(contact, s, 4.0) == pytest.approx(1.0, rel=1e-12)
     assert limit_use(contact, (0.0, 0.0, 0.0), 1.0) == 0.0
     assert limit_use(contact, (1e-9, 0.0, 0.0), 0.0) == np.inf
 

@@ -140,17 +140,3 @@ def limit_use(contact, s, room):
     u = (s[0] * s[0] + s[1] * s[1]) / square
     Q = 1.0 + u * (1.0 - u) * (c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * c[4]))))
     return math.inf if room <= 0.0 else math.sqrt(square * Q) / room
-
-
-@compiled
-def limit_surface_use(force, mu, length):
-    """sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, tau_max = mu f_z length; 1 on the ellipse, 0 without load.
-
-    The ellipse is the usual approximation of the coupled limit; the exact curve, `limit_use`, lies up to 6 % inside.
-    """
-    tangential = math.hypot(force[0], force[1])
-    torsion = abs(force[3]) / length if length > 0.0 else (math.inf if force[3] != 0.0 else 0.0)
-    load = math.hypot(tangential, torsion)
-    if load == 0.0:
-        return 0.0
-    return load / (mu * force[2]) if force[2] > 0.0 else math.inf

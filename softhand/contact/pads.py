@@ -38,7 +38,7 @@ from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
 Limit = Literal["exact", "ellipse"]
-"""The limit surface of force and torsion: that of the pressure, see `friction.set_limit`, or the usual guess."""
+"""The limit surface of force and torsion: that of the pressure, see `limit.set_limit`, or the usual guess."""
 
 
 @dataclass(frozen=True)

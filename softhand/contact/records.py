@@ -80,7 +80,7 @@ CONTACT = np.dtype(
         ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
         ("friction", np.float64),  # coefficient mu there, kinetic
         ("static_friction", np.float64),  # until slip begins
-        ("lever", np.float64),  # l = tau_max / (mu f_z) [m], see `friction.set_limit`
+        ("lever", np.float64),  # l = tau_max / (mu f_z) [m], see `limit.set_limit`
         ("curve", np.float64, 5),  # c_i of the exact limit surface; zeros: the ellipse
         ("distance", np.float64),  # R = r - dr: from the origin of F to the surface [m]
         ("angles", np.float64, 2),  # Theta, Phi [rad]

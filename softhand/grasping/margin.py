@@ -1,7 +1,7 @@
 """Force closure and its margin: the largest ball about zero in what one newton of normal force can do.
 
 One newton at contact i makes the wrenches g_i + B_i s: the normal force, and on top of it the forces and torsions
-s = (f_1, f_2, tau / l) / mu inside its limit surface H(s) = 1, exact or an ellipse, see `contact.friction`. Shared by
+s = (f_1, f_2, tau / l) / mu inside its limit surface H(s) = 1, exact or an ellipse, see `contact.limit`. Shared by
 the contacts at will it makes their convex hull W, whose support in a direction d is
 
     h(d) = max_i (g_i . d + max_{H(s) <= 1} s . B_i^T d),   for an ellipse max_i (g_i . d + |B_i^T d|)

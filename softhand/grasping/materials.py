@@ -21,7 +21,7 @@ _LEAST_FORCE = 1.0  # [N] with which a tip is taken to press whose force is not 
 
 
 class Torsion(NamedTuple):
-    """How a pressed tip holds against a spin, see `contact.friction.set_limit`."""
+    """How a pressed tip holds against a spin, see `contact.limit.set_limit`."""
 
     length: float
     """l = tau_max / (mu f_z) [m], about 0 for a hard finger."""

@@ -31,7 +31,7 @@ class Contacts(Record):
         friction: mu of each contact, shape (nc,).
         torsion_length: tau_max / (mu f_z) of each contact [m], zero for a hard finger, shape (nc,).
         length: L, by which moments are compared with forces [m].
-        curves: c_i of each limit surface, see `contact.friction.set_limit`, zeros for ellipses, shape (nc, 5).
+        curves: c_i of each limit surface, see `contact.limit.set_limit`, zeros for ellipses, shape (nc, 5).
     """
 
     units: ClassVar = {

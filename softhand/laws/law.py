@@ -69,7 +69,8 @@ class Law(Settings):
 
     torsion_share: ClassVar[float | None] = None
     """kappa of the largest torsion kappa mu f_z a, a = sqrt(r dr) as in a half-space: mean distance of the pressure
-    from the middle over a; None for the pressure of columns, see `friction.spin_length`."""
+    from the middle over a; None for the pressure of columns. The exact limit surface takes the shape of the pressure
+    from it as well, see `contact.limit.set_limit`."""
 
     stiffness: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     """Optional static method with the arguments of `force`: the 16 derivatives of the four forces by the four

@@ -15,6 +15,7 @@ from softhand.laws.radial import Radial
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
 from softhand.steppers.midpoint import Midpoint
+from softhand.steppers.stepper import Stepper
 from softhand.validation.check import Check
 from softhand.validation.every_law import LAWS, name_of
 from softhand.validation.pressures import columns, lever, limit_curve, power
@@ -131,7 +132,7 @@ def puck() -> Iterable[Check]:
         (Hertz(radius=RADIUS), 1e-3, "ellipse"),
         (Radial(radius=RADIUS), 5e-4, "exact"),
     ):
-        found, exact = _slid_puck(law, depth, limit), _rigid_puck(law, depth, limit)
+        found, exact = slid_puck(law, depth, limit), rigid_puck(law, depth, limit)
         name = f"puck, {limit} limit, {name_of(law)}"
         yield Check(f"{name}: way", 1e3 * found[0], 1e3 * exact[0], 0.01, "mm")
         yield Check(f"{name}: turn", found[1], exact[1], 0.01, "rad")
@@ -140,13 +141,14 @@ def puck() -> Iterable[Check]:
 
 
 SPEED = 0.5  # [m/s]
+USUAL = Midpoint(step=1e-3)
 
 
 def _disc(depth: float) -> float:
     return math.sqrt(RADIUS**2 - (RADIUS - depth) ** 2)
 
 
-def _slid_puck(law: Law, depth: float, limit: str) -> tuple[float, float, float, float]:
+def slid_puck(law: Law, depth: float, limit: str, stepper: Stepper = USUAL) -> tuple[float, float, float, float]:
     """Way [m], turn [rad], and when a tenth of the speed and of the spin are left [s]."""
     normal, a = float(law((depth, 0.0, 0.0, 0.0), 0.5 * math.pi)[0]), _disc(depth)
     mass = normal / G
@@ -156,21 +158,21 @@ def _slid_puck(law: Law, depth: float, limit: str) -> tuple[float, float, float,
     rig.torque[2] = -normal
     rig.state.v[:4] = SPEED * math.cos(0.6), SPEED * math.sin(0.6), 0.0, SPEED / a
     rig.wind_up()
-    speeds, spins, ways, step = [SPEED], [SPEED / a], [0.0], 1e-3
+    speeds, spins, ways, step = [SPEED], [SPEED / a], [0.0], stepper.step
 
     def watch(time: float) -> None:
         speeds.append(math.hypot(rig.state.v[0], rig.state.v[1]))
         spins.append(float(rig.state.v[3]))
         ways.append(math.hypot(rig.state.q[0], rig.state.q[1]))
 
-    rig.run(Midpoint(step=step), 0.25, watch)
+    rig.run(stepper, 0.25, watch)
     turns = np.cumsum(0.5 * step * (np.array(spins[1:]) + spins[:-1]))
     times = np.linspace(0.0, step * (len(speeds) - 1), len(speeds))
     slow, calm = (zero_crossing(times, np.array(values) - 0.1 * values[0]) for values in (speeds, spins))
     return max(ways), float(np.max(turns)), slow, calm
 
 
-def _rigid_puck(law: Law, depth: float, limit: str) -> tuple[float, float, float, float]:
+def rigid_puck(law: Law, depth: float, limit: str) -> tuple[float, float, float, float]:
     """The same of a rigid one, from its equations of motion."""
     a = _disc(depth)
     radius = math.sqrt(RADIUS * depth) if isinstance(law, Hertz) else a
