@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand.closed_loop.feedback import differentiate
 from softhand.closed_loop.gains import Gains
 from softhand.closed_loop.linearize import LinearModel, linearize, slope
 from softhand.closed_loop.loop import growth, held
@@ -51,16 +50,22 @@ class GainLoop:
 
 def close_gain_loop(start: HeldStart) -> GainLoop:
     """The loop about a start with the controller `regulation`."""
-    law, unit = start.controller, np.eye(6)
+    law, probe, n = start.controller, start.probe, start.probe.plant.world.n_joints
     assert isinstance(law, Regulation)
-    free, *each = (differentiate(_with_gain(law, K_O), start.probe, start.state, start.period)
-                   for K_O in (np.zeros(6), *unit))  # fmt: skip
-    model = linearize(start.probe.plant, start.state, free.torque)
-    by_gain = np.stack([one.by_state - free.by_state for one in each])
+    first = probe.at(start.state, 0.0)
+    laws = [_with_gain(law, K_O) for K_O in (np.zeros(6), *np.eye(6))]
+    memories = [each.start(first) for each in laws]  # of which nothing changes
+
+    def respond(state: State) -> Array:
+        observation = probe.at(state, start.period)
+        return np.concatenate([each.torque(observation, one)[0] for each, one in zip(laws, memories, strict=True)])
+
+    free, *each = np.split(slope(probe.plant, start.state, respond), len(laws))
+    model = linearize(probe.plant, start.state, respond(start.state)[:n])
     observation = start.probe.at(start.state, 0.0)
     gains = Gains.of(law, len(observation.joint_position), len(observation.internal_force))
     use = np.linalg.eigvals(np.linalg.solve(contact_stiffness(start, model, gains), np.diag(gains.K_O))).real.max()
-    return GainLoop(model, free.by_state, by_gain, gains.K_O, float(use))
+    return GainLoop(model, free, np.stack(each) - free, gains.K_O, float(use))
 
 
 def _with_gain(law: Regulation, K_O: Array) -> Regulation:
