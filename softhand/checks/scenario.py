@@ -72,21 +72,21 @@ def check_scenario(scenario: Scenario) -> Checkup:
     """
     setup = resolve(scenario)
     simulation = assemble(setup)
-    seen = simulation.sample()
+    observation = simulation.sample()
     frequency = fastest_frequency(simulation.plant, simulation.state)
     world = simulation.plant.world
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
     warnings = [
         *_of_urdf(world.hand),
         *_of_urdf(world.object),
-        *_of_tips(seen, simulation.plant),
+        *_of_tips(observation, simulation.plant),
         *_of_joints(simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_table(scenario, world),
         *_of_target(setup),
     ]
     start = [
-        *_tip_rows(seen, world),
+        *_tip_rows(observation, world),
         *_material_rows(simulation),
         *_joint_rows(simulation, world),
         *_step_rows(scenario, stepper, frequency),
@@ -118,10 +118,10 @@ def _of_urdf(urdf: Urdf) -> list[str]:
     return [f"{urdf.file}, {finding}" for finding in urdf.warnings]
 
 
-def _of_tips(seen: Observation, plant: Plant) -> Iterator[str]:
+def _of_tips(observation: Observation, plant: Plant) -> Iterator[str]:
     for i, (tip, fingertip) in enumerate(zip(plant.world.tips, plant.fingertips, strict=True)):
-        law, use = fingertip.law, seen.friction_use[i]
-        Phi, depth = seen.contact_angles[i, 1], seen.deformation[i, 0] / law.radius
+        law, use = fingertip.law, observation.friction_use[i]
+        Phi, depth = observation.contact_angles[i, 1], observation.deformation[i, 0] / law.radius
         lowest, highest = law.Phi_range
         name = type(law).__name__
         if use > _NEAR:
@@ -243,16 +243,16 @@ def _material_rows(simulation: Simulation) -> Iterator[tuple[str, str]]:
         yield f"{tip.name}, material", ", ".join(parts)
 
 
-def _tip_rows(seen: Observation, world: World) -> Iterator[tuple[str, str]]:
+def _tip_rows(observation: Observation, world: World) -> Iterator[tuple[str, str]]:
     for i, tip in enumerate(world.tips):
-        Phi = f"Phi {math.degrees(seen.contact_angles[i, 1]):.1f} deg"
-        if seen.deformation[i, 0] <= 0.0:
-            yield tip.name, f"is {-1e3 * seen.deformation[i, 0]:.3g} mm off the object, {Phi}"
+        Phi = f"Phi {math.degrees(observation.contact_angles[i, 1]):.1f} deg"
+        if observation.deformation[i, 0] <= 0.0:
+            yield tip.name, f"is {-1e3 * observation.deformation[i, 0]:.3g} mm off the object, {Phi}"
             continue
         yield (
             tip.name,
-            f"presses with {seen.contact_force[i, 2]:.3g} N, friction use {seen.friction_use[i]:.2f}, "
-            f"dr {1e3 * seen.deformation[i, 0]:.3g} mm, {Phi}",
+            f"presses with {observation.contact_force[i, 2]:.3g} N, friction use {observation.friction_use[i]:.2f}, "
+            f"dr {1e3 * observation.deformation[i, 0]:.3g} mm, {Phi}",
         )
 
 

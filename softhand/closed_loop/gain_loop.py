@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand.closed_loop.feedback import differentiate
+from softhand.closed_loop.gains import Gains
 from softhand.closed_loop.linearize import LinearModel, linearize, slope
 from softhand.closed_loop.loop import growth, held
 from softhand.closed_loop.start import HeldStart
-from softhand.controllers.gains import pose_diagonal
 from softhand.controllers.regulation import Regulation
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
@@ -51,33 +50,40 @@ class GainLoop:
 
 def close_gain_loop(start: HeldStart) -> GainLoop:
     """The loop about a start with the controller `regulation`."""
-    law, unit = start.controller, np.eye(6)
+    law, probe, n = start.controller, start.probe, start.probe.plant.world.n_joints
     assert isinstance(law, Regulation)
-    free, *each = (differentiate(_with_gain(law, K_O), start.probe, start.state, start.period)
-                   for K_O in (np.zeros(6), *unit))  # fmt: skip
-    model = linearize(start.probe.plant, start.state, free.torque)
-    by_gain = np.stack([one.by_state - free.by_state for one in each])
-    K_O = pose_diagonal("K_O", law.K_O_position, law.K_O_orientation)
-    stiffness = contact_stiffness(start, model)
-    use = np.linalg.eigvals(np.linalg.solve(stiffness, np.diag(K_O))).real.max()
-    return GainLoop(model, free.by_state, by_gain, K_O, float(use))
+    first = probe.at(start.state, 0.0)
+    laws = [_with_gain(law, K_O) for K_O in (np.zeros(6), *np.eye(6))]
+    memories = [each.start(first) for each in laws]  # of which nothing changes
+
+    def respond(state: State) -> Array:
+        observation = probe.at(state, start.period)
+        return np.concatenate([each.torque(observation, one)[0] for each, one in zip(laws, memories, strict=True)])
+
+    free, *each = np.split(slope(probe.plant, start.state, respond), len(laws))
+    model = linearize(probe.plant, start.state, respond(start.state)[:n])
+    observation = start.probe.at(start.state, 0.0)
+    gains = Gains.of(law, len(observation.joint_position), len(observation.internal_force))
+    use = np.linalg.eigvals(np.linalg.solve(contact_stiffness(start, model, gains), np.diag(gains.K_O))).real.max()
+    return GainLoop(model, free, np.stack(each) - free, gains.K_O, float(use))
 
 
 def _with_gain(law: Regulation, K_O: Array) -> Regulation:
     return law.model_copy(update={"K_O_position": K_O[:3].tolist(), "K_O_orientation": K_O[3:].tolist()})
 
 
-def contact_stiffness(start: HeldStart, model: LinearModel) -> Array:
+def contact_stiffness(start: HeldStart, model: LinearModel, gains: Gains) -> Array:
     """K_c + dN_O/dq_O of the invariant set, for any law: the object moved, the fingers held, all relaxed.
 
     Returns:
-        In the coordinates q_O [N/m, N, N m/rad], shape (6, 6).
+        In the coordinates of the pose error of the controller [N/m, N, N m/rad], shape (6, 6).
     """
 
     def respond(state: State) -> Array:
         observation = start.probe.at(state, 0.0)
-        load = observation.N_O - observation.J_O.T @ observation.contact_force.ravel()
-        return np.concatenate([observation.q_O, load])
+        task = gains.task(observation)
+        load = observation.object_gravity - observation.grasp_matrix @ observation.contact_force.ravel()
+        return np.concatenate([task.error, task.map.T @ load])
 
     n, nv = start.probe.plant.world.n_joints, len(start.state.v)
     by_pose, load = np.split(slope(start.probe.plant, start.state, respond), 2)

@@ -59,6 +59,15 @@ class Gains:
         """The pose error as the law has it."""
         return pose_task("Regulation", observation, self.law.orientation_error)
 
+    def spring(self, observation: Observation) -> Array:
+        """What K_O is in the coordinates q_O while the error is small, T_O^T X^-T K_O X^-1 T_O, shape (6, 6).
+
+        X is the map of the law's own coordinates: K_O itself where these are position, roll, pitch and yaw.
+        """
+        into_own = np.linalg.solve(self.task(observation).map, observation.coordinate_map)
+        spring: Array = into_own.T @ np.diag(self.K_O) @ into_own
+        return spring
+
 
 def read_gains(scenario: Scenario, n_joints: int, n_pairs: int) -> Gains:
     """Gains of (59) in a scenario.

@@ -66,13 +66,13 @@ class _Plane:
     offset: float
 
 
-def examine(probe: Probe, observation: Observation, K_O: Array) -> InvariantSet:
+def examine(probe: Probe, observation: Observation, spring: Array) -> InvariantSet:
     """L and the contact stiffness at the state that was last given to a probe.
 
     Args:
         probe: at the state.
         observation: what it returned.
-        K_O: diagonal of the gain, shape (6,).
+        spring: K_O in the coordinates q_O, see `Gains.spring`, shape (6, 6).
 
     Raises:
         ModelError: a tip touches a curved surface.
@@ -93,9 +93,9 @@ def examine(probe: Probe, observation: Observation, K_O: Array) -> InvariantSet:
     free_q = by_q - by_eta @ H_D_O
     free_delta = by_delta - by_eta @ H_D_delta
     gravity = _differences(partial(_load, probe), observation.q_O.copy())
-    L = np.block([[free_q + np.diag(K_O) - gravity, free_delta], [J_O, J_delta]])
+    L = np.block([[free_q + spring - gravity, free_delta], [J_O, J_delta]])
     K_c = -(free_q - free_delta @ np.linalg.solve(J_delta, J_O))
-    use = np.linalg.eigvals(np.linalg.solve(K_c + gravity, np.diag(K_O))).real
+    use = np.linalg.eigvals(np.linalg.solve(K_c + gravity, spring)).real
     return InvariantSet(L, K_c, float(np.linalg.svd(L, compute_uv=False)[-1]), float(use.max()))
 
 

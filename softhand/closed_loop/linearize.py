@@ -101,7 +101,7 @@ def beside(plant: Plant, state: State, x: Array) -> State:
 
 def _remembered(plant: Plant) -> NDArray[np.bool_]:
     """Which numbers of z belong to a relaxation, shape (nc, n_memory); tips may have fewer than others, or none."""
-    remembered = np.zeros((len(plant.pads), plant.n_memory), bool)
-    for row, pad in zip(remembered, plant.pads, strict=True):
-        row[3 : 3 + 4 * np.count_nonzero(pad["relaxation"][:, 1])] = True
+    last = 3 + 4 * np.count_nonzero(plant.pads["relaxation"][:, :, 1], axis=1)
+    column = np.arange(plant.n_memory)
+    remembered: NDArray[np.bool_] = (column >= 3) & (column < last[:, None])
     return remembered

@@ -170,7 +170,7 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
         torques[k], memory = gains.law.torque(observation, memory)
         parts.append(evaluate(probe, observation, gains))
         if k % every == 0:
-            examined.append(examine(probe, observation, gains.K_O))
+            examined.append(examine(probe, observation, gains.spring(observation)))
         if progress is not None and k % 20 == 0:
             progress(float(k))
     smallest, use = (np.array([getattr(one, name) for one in examined]) for name in ("smallest", "use"))

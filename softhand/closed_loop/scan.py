@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from softhand.assembly.parts import read_laws
+from softhand.assembly.plant import read_world
 from softhand.closed_loop.gain_loop import close_gain_loop
 from softhand.closed_loop.start import held_start
 from softhand.errors import GraspError, LawError
@@ -66,13 +67,13 @@ def scan(
     Raises:
         LawError: the law has no coefficients that scale its force.
     """
-    laws = [(law, _scaling_fields(law)) for law in read_laws(scenario)]
+    world, laws = read_world(scenario), [(law, _scaling_fields(law)) for law in read_laws(scenario)]
     held, continuous = np.full((len(gain), len(stiffness)), np.nan), np.full((len(gain), len(stiffness)), np.nan)
     use = np.full(len(stiffness), np.nan)
     for s, factor in enumerate(stiffness):
         scaled = [law.model_copy(update={name: factor * getattr(law, name) for name in names}) for law, names in laws]
         try:
-            start = held_start(scenario, scaled)
+            start = held_start(scenario, scaled, world)
         except GraspError:  # so soft that the tips are pressed flat
             continue
         loop = close_gain_loop(start)

@@ -10,6 +10,7 @@ from softhand.assembly.plant import read_grasp, read_supports, read_world
 from softhand.assembly.probe import Probe
 from softhand.controllers.controller import Controller
 from softhand.laws.law import Law
+from softhand.model.world import World
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.references.reference import resting
@@ -33,17 +34,18 @@ class HeldStart:
     period: float
 
 
-def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> HeldStart:
+def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, world: World | None = None) -> HeldStart:
     """The start of a scenario, asked to stay there.
 
     Args:
         scenario: of which the reference is not used.
         laws: in place of the scenario's fingertip laws, one for all or one for each.
+        world: hand and object, if they are read already.
 
     Raises:
         GraspError: there is no start at rest.
     """
-    world, controller = read_world(scenario), read_controller(scenario)
+    world, controller = world or read_world(scenario), read_controller(scenario)
     fingertips, grasp = read_grasp(scenario, world, laws)
     plant = Plant(world, fingertips, read_supports(scenario, world, fingertips))
     probe = Probe(plant, resting(read_start(scenario)))
