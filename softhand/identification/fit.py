@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pydantic import ValidationError
+
 from softhand.errors import MeasurementError
 from softhand.identification.fitting.coefficients import OFFSET
 from softhand.identification.fitting.settling import settle
 from softhand.identification.fitting.solving import Solution
+from softhand.identification.plausible import check_plausible
 from softhand.identification.record import Measurements, repeats_scatter
 from softhand.identification.residuals.estimates import Estimate, find_estimates
 from softhand.identification.residuals.findings import Finding, find_findings
@@ -85,7 +88,13 @@ class Fit:
                 column=lost[0], value=None,
             )  # fmt: skip
         values = {estimate.name: estimate.value for estimate in self.estimates}
-        return self.law_class(radius=self.radius, **values, **self.others())
+        try:
+            return self.law_class(radius=self.radius, **values, **self.others())
+        except ValidationError as error:  # a law takes no number of any size
+            what = "; ".join(f"{entry['loc'][0]}: {entry['msg']}" for entry in error.errors())
+            raise MeasurementError(
+                f"{self.law_class.__name__} does not take what the data tell: {what}.", column="", value=values
+            ) from error
 
     def others(self) -> dict[str, object]:
         """Fields of the law that are no numbers, with the values that were used."""
@@ -132,28 +141,13 @@ def fit_law(
         MeasurementError: nothing to fit, too few numbers, or the best value lies outside of what the law allows.
         LawError: the formula of the law does not give four numbers.
     """
-    _check(measurements, radius, level)
+    if not 0.0 < level < 1.0:
+        what = f"The level of the intervals is {level}; it must lie between 0 and 1."
+        raise MeasurementError(what, column="level", value=level)
+    check_plausible(measurements, radius)
     settled = settle(measurements, law_class, radius, fixed)
     judgement = judge(settled.solution, measurements)
     estimates, offset = find_estimates(settled, judgement, level)
     findings = find_findings(judgement, offset, level, measurements.notes)
     return Fit(law_class, radius, estimates, offset, level, measurements, findings, repeats_scatter(measurements),
                judgement.solution)  # fmt: skip
-
-
-def _check(measurements: Measurements, radius: float, level: float) -> None:
-    if not 0.0 < level < 1.0:
-        raise MeasurementError(f"The level of the intervals is {level}; it must lie between 0 and 1.",
-                               column="level", value=level)  # fmt: skip
-    if not 0.0 < radius <= 1.0:
-        raise MeasurementError(f"The radius of the tip is {radius} m; it must be positive, and 1 m at most.",
-                               column="radius", value=radius)  # fmt: skip
-    if not len(measurements):
-        raise MeasurementError("There are no measurements; give at least one row.", column="", value=0)
-    deepest = float(measurements.deformation[:, 0].max())
-    if deepest >= radius:
-        raise MeasurementError(
-            f"The largest dr is {1e3 * deepest:g} mm, but the radius of the tip is {1e3 * radius:g} mm. "
-            "Is one of the units wrong?",
-            column="dr", value=deepest,
-        )  # fmt: skip

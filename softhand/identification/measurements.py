@@ -13,13 +13,12 @@ from softhand.errors import MeasurementError
 from softhand.identification.files.header import DEFORMATION, FORCE, Column, read_header, split_label
 from softhand.identification.files.lengths import read_length
 from softhand.identification.files.table import MOST_ROWS, Table, read_table
+from softhand.identification.plausible import LARGEST
 from softhand.identification.record import EXAMPLE, Measurements
 from softhand.numerics.arrays import Array
 from softhand.settings.wording import show
 
 __all__ = ["EXAMPLE", "Measurements", "read_length", "read_measurements"]
-
-_LARGEST_FORCE = 1e6  # [N], [N m]; no fingertip bears it
 
 
 def read_measurements(files: Sequence[str | Path]) -> Measurements:
@@ -120,7 +119,7 @@ def _check_ranges(table: Table, numbers: Mapping[str, Array], radius: float | No
         ("dr", 1e3 * numbers["dr"], numbers["dr"] >= (radius or 1.0), "mm; it must be from 0 to the radius"),
         *((name, values, np.abs(values) > 360.0, "deg; it must be a turn at most")
           for name, values in degrees.items() if name != "phi"),
-        *((name, numbers[name], np.abs(numbers[name]) > _LARGEST_FORCE, f"{'N' if kind == 'force' else 'N m'} is none "
+        *((name, numbers[name], np.abs(numbers[name]) > LARGEST, f"{'N' if kind == 'force' else 'N m'} is none "
            "that a fingertip bears") for name, kind in FORCE.items() if name in numbers),
     ]  # fmt: skip
     for name, values, wrong, must in checks:

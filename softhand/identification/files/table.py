@@ -75,6 +75,12 @@ def read_table(file: Path) -> Table:
     labels, *rows = ([cell.strip() for cell in _cells(file, *line, delimiter)] for line in body)
     while len(labels) > 1 and not labels[-1]:
         labels.pop()
+    if len(labels) == 1:
+        raise MeasurementError(
+            f"{file}: its header is one column, {show(labels[0])}; separate columns by commas, semicolons or tabs, and "
+            "put # before lines above the header.",
+            column=labels[0], value=labels[0],
+        )  # fmt: skip
     table = Table(file, tuple(labels), tuple(number for number, _ in body[1:]),
                   tuple(_trimmed(row, len(labels)) for row in rows), remarks,
                   delimiter != "," and _has_decimal_commas(file, rows))  # fmt: skip

@@ -17,8 +17,9 @@ from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
 
 BAD = 1e30
-"""Stands in for a force that is no number."""
+"""Stands in for a force that is no number, or none of this world."""
 
+_OUTSIDE = (ArithmeticError, ValueError, TypeError)  # of what a formula can take; a complex number is a TypeError
 _KEPT = 64  # values whose forces are remembered; a solver asks for the same ones again
 _STEP = 6e-6  # of central differences, the cube root of the rounding
 
@@ -108,14 +109,19 @@ class Model:
         by_name = {**self.fixed, **dict(zip((c.name for c in self.free), map(float, values), strict=True))}
         names = [name for name in self.law_class.model_fields if name != "radius"]
         arguments = [self.radius, *(float(by_name[name]) for name in names)]  # type: ignore[arg-type]
-        imposed = settings + float(by_name.get(OFFSET, 0.0)) * np.eye(5)[0]  # type: ignore[arg-type]
-        result = np.empty((len(settings), 4))
-        for k, setting in enumerate(imposed.tolist()):
+        imposed = (settings + float(by_name.get(OFFSET, 0.0)) * np.eye(5)[0]).tolist()  # type: ignore[arg-type]
+
+        def force(setting: list[float]) -> tuple[float, ...]:
             try:
-                result[k] = polar_force(self.law_class, arguments, setting)
-            except (ArithmeticError, ValueError, TypeError):  # outside of what the formula can take
-                result[k] = math.nan
-        return np.where(np.isfinite(result), result, BAD)
+                return tuple(map(float, polar_force(self.law_class, arguments, setting)))
+            except _OUTSIDE:
+                return (math.nan,) * 4
+
+        try:
+            result = np.array([polar_force(self.law_class, arguments, setting) for setting in imposed], dtype=float)
+        except _OUTSIDE:
+            result = np.array([force(setting) for setting in imposed])
+        return np.where(np.abs(result) < BAD, result, BAD)
 
     def slope(self, values: Array, linear: NDArray[np.bool_]) -> Array:
         """Derivatives of `forces`, exact for linear coefficients, else by central differences, shape (m, p).

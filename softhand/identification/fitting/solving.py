@@ -23,6 +23,7 @@ ENOUGH = 0.5
 _REWEIGHTINGS = 8
 _SETTLED = 1e-6  # change of the weights, as a share, at which they are taken
 _FEW = 200  # numbers of a component, among which it is found where to begin
+_STEPS = 200  # of a solver
 _POLISHED = 5  # of the starts
 _NOISELESS = 1e-13  # residuals below this share of the forces are rounding
 
@@ -185,14 +186,15 @@ def _polish(model: Model, linear: NDArray[np.bool_], weight: Array, point: Array
     """scipy's trust region over all coefficients, from a point."""
     from scipy.optimize import least_squares
 
-    with np.errstate(invalid="ignore"):
-        span_of = np.where(np.isfinite(model.upper - model.lower), model.upper - model.lower, np.abs(point) + 1e-9)
-    start = np.clip(point, model.lower + 1e-9 * span_of, model.upper - 1e-9 * span_of)
-    found = least_squares(
-        lambda values: weight * (model.forces(values) - model.measured),
-        start,
-        lambda values: weight[:, None] * model.slope(values, linear),
-        bounds=(model.lower, model.upper),
-        x_scale="jac", ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=200,
-    )  # fmt: skip
+    width = model.upper - model.lower
+    width = np.where(np.isfinite(width), width, np.abs(point) + 1e-9)
+    start = np.clip(point, model.lower + 1e-9 * width, model.upper - 1e-9 * width)
+    with np.errstate(over="ignore"):  # a step may go far before it is taken back
+        found = least_squares(
+            lambda values: weight * (model.forces(values) - model.measured),
+            start,
+            lambda values: weight[:, None] * model.slope(values, linear),
+            bounds=(model.lower, model.upper),
+            x_scale="jac", ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=_STEPS,
+        )  # fmt: skip
     return found.x

@@ -15,7 +15,7 @@ from softhand.identification.fitting.solving import SINGULAR, Solution, scaled
 
 _SILENT = 1e-10  # a coefficient that moves the forces less than this share of them is not seen
 _SHARE = 0.05  # of a direction that the data do not see, from which a coefficient belongs to it
-_AT_LIMIT = 1e-6  # of the change of a coefficient that makes forces of the size of those measured
+_AT_LIMIT, _NEAR = 1e-7, 1e-3  # of the change of a coefficient that makes forces of the size of those measured
 
 
 @dataclass(frozen=True)
@@ -63,14 +63,24 @@ def find_lost(solution: Solution) -> Lost:
 
 
 def find_limits(solution: Solution) -> dict[Coefficient, float]:
-    """Coefficients whose best value is a limit of the law, with that limit."""
-    size = np.linalg.norm(solution.weight * solution.model.measured)
-    length = np.linalg.norm(solution.weighted_slope, axis=0)
-    margin = _AT_LIMIT * size / np.where(length > 0.0, length, np.inf)
+    """Coefficients whose best value is a limit of the law, with that limit.
+
+    A solver within limits stops a little before them: a coefficient near one whose next step would go beyond is there.
+    """
+    model = solution.model
+    there = (model.component == np.unique(model.component)[:, None]).astype(float)
+    size, length = np.sqrt(there @ model.measured**2), np.sqrt(there @ solution.slope**2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = np.nanmin(np.where(length > 0.0, size[:, None] / length, np.inf), axis=0)
+    A, lengths = scaled(solution.weighted_slope)
+    beyond = solution.values + np.linalg.lstsq(A, solution.residual, rcond=SINGULAR)[0] / lengths
     found = {}
-    for coefficient, value, near in zip(solution.model.free, solution.values, margin, strict=True):
-        for limit in (coefficient.lower, coefficient.upper):
-            if np.isfinite(limit) and abs(value - limit) <= max(near, 1e-9 * abs(limit)):
+    for k, coefficient in enumerate(model.free):
+        for limit, sign in ((coefficient.lower, -1.0), (coefficient.upper, 1.0)):
+            if not (np.isfinite(limit) and np.isfinite(scale[k])):
+                continue
+            apart = abs(solution.values[k] - limit)
+            if apart <= _AT_LIMIT * scale[k] or (apart <= _NEAR * scale[k] and sign * (beyond[k] - limit) > 0.0):
                 found[coefficient] = limit
     return found
 

@@ -57,8 +57,8 @@ def find_estimates(settled: Settled, judgement: Judgement, level: float) -> tupl
     """
     model, values = settled.solution.model, judgement.solution.values
     low, high = find_intervals(judgement.offset.solution, judgement.noise, level)
-    low[: len(values)] = np.fmin(low[: len(values)], values)
-    high[: len(values)] = np.fmax(high[: len(values)], values)
+    low[: len(values)] = np.minimum(low[: len(values)], values)
+    high[: len(values)] = np.maximum(high[: len(values)], values)
 
     def estimate(coefficient: Coefficient) -> Estimate:
         name = coefficient.name

@@ -28,12 +28,12 @@ def find_intervals(solution: Solution, noise: Noise, level: float) -> tuple[Arra
     from scipy.special import stdtrit
 
     A, length = scaled(solution.weighted_slope)
-    lever = np.linalg.pinv(A, rcond=SINGULAR) / length[:, None]
+    lever: Array = np.linalg.pinv(A, rcond=SINGULAR).astype(float)
     variance, freedom, by_component = noise.variance(lever[:, noise.residuals.number])
     share = by_component / np.where(variance > 0.0, variance, 1.0)
     spare = np.maximum(solution.freedom, ENOUGH)
     variance = variance * (1.0 + 4.0 * np.sum(share * (1.0 - share) / spare[:, None], axis=0))  # [Meier]
-    half = stdtrit(np.maximum(freedom, ENOUGH), 0.5 + 0.5 * level) * np.sqrt(variance)
+    half = stdtrit(np.maximum(freedom, ENOUGH), 0.5 + 0.5 * level) * np.sqrt(variance) / length
     half = np.where(_rests_on_untold(solution, lever), np.nan, half)
     values = solution.values
     low, high = values - half, values + half

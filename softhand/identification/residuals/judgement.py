@@ -72,7 +72,7 @@ def _is_shown(offset: Offset, noise: Noise) -> bool:
     if offset.kind != "fitted":
         return False
     A, length = scaled(offset.solution.weighted_slope)
-    lever = (np.linalg.pinv(A, rcond=SINGULAR) / length[:, None])[-1:, noise.residuals.number]
+    lever: Array = np.linalg.pinv(A, rcond=SINGULAR)[-1:, noise.residuals.number].astype(float)
     variance, freedom, _ = noise.variance(lever)
-    ratio = abs(offset.solution.values[-1]) / np.sqrt(max(float(variance[0]), 1e-300))
+    ratio = abs(offset.solution.values[-1]) * length[-1] / np.sqrt(max(float(variance[0]), 1e-300))
     return bool(2.0 * stdtr(max(freedom[0], 0.5), -ratio) < SHOWN)

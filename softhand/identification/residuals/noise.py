@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand.identification.fitting.model import spread_over
-from softhand.identification.fitting.solving import span
+from softhand.identification.residuals.likelihood import FLOOR, Likelihood
 from softhand.identification.residuals.remainder import Residuals
 from softhand.numerics.arrays import Array
 
-_MOST_NUMBERS = 150  # of a component that sizes are estimated from; more tell hardly more
-_FLOOR = 1e-6  # of the variance of the residuals, which is 1
 _LEAST = 1e-9  # of the largest information, below which the residuals do not tell a size
 
 
@@ -48,7 +44,7 @@ class Noise:
         count = np.maximum(np.bincount(self.residuals.component, minlength=4), 1)
         least = 0.01 * np.bincount(self.residuals.component, growing, 4) / count
         constant = np.maximum(self.size[:4], least)[self.residuals.component]
-        return np.sqrt(np.maximum(constant / self.residuals.spread**2 + growing, _FLOOR))
+        return np.sqrt(np.maximum(constant / self.residuals.spread**2 + growing, FLOOR))
 
     def variance(self, lever: Array) -> tuple[Array, Array, Array]:
         """Variance of combinations of the numbers, and its degrees of freedom.
@@ -84,8 +80,7 @@ def estimate_noise(residuals: Residuals, with_growth: bool, with_gains: bool, co
     """
     constant = (residuals.component == np.arange(4)[:, None]) / residuals.spread**2
     parts = np.vstack([constant, residuals.force**2]) if with_growth else constant
-    some = _thinned(residuals)
-    size, information = _likeliest(residuals.select(some), parts[:, some], with_gains)
+    size, information = _likeliest(Likelihood(residuals, parts, with_gains))
     scale = np.diag(information)
     known = (size > 0.0) & (scale > _LEAST * scale.max(initial=0.0))
     doubt = np.zeros_like(information)
@@ -96,70 +91,19 @@ def estimate_noise(residuals: Residuals, with_growth: bool, with_gains: bool, co
                  float(np.sqrt(size[-1])) if with_gains else 0.0)  # fmt: skip
 
 
-def _thinned(residuals: Residuals) -> NDArray[np.int64]:
-    """Numbers of each component, evenly spread over its series, and over each of them."""
-    kept = []
-    for component in np.unique(residuals.component):
-        there = np.flatnonzero(residuals.component == component)
-        series = np.unique(residuals.series[there])
-        chosen = series[spread_over(len(series), _MOST_NUMBERS // 2)]
-        most = max(_MOST_NUMBERS // len(chosen), 2)
-        for one in chosen:
-            numbers = there[residuals.series[there] == one]
-            kept.append(numbers[spread_over(len(numbers), most)])
-    return np.sort(np.concatenate(kept))
-
-
-def _likeliest(residuals: Residuals, parts: Array, with_gains: bool) -> tuple[Array, Array]:
-    """Sizes of the largest restricted likelihood, and their information matrix tr(R V_i R V_j) / 2."""
+def _likeliest(likelihood: Likelihood) -> tuple[Array, Array]:
+    """Sizes of the largest restricted likelihood, and the information on them."""
     from scipy.optimize import minimize
 
-    taken = span(residuals.slope)
-    power = max(float(np.mean(residuals.force**2)), 1e-300)
-    start = np.array([1.0] * 4 + [0.1 / power] * (len(parts) - 4 + with_gains))
+    start = likelihood.start
 
     def score(logarithms: Array) -> tuple[float, Array]:
         size = start * np.exp(logarithms)
-        criterion, slope, _ = _likelihood(residuals, taken, parts, size, with_gains)
+        criterion, slope = likelihood.at(size)
         return criterion, size * slope
 
-    limits = [(np.log(_FLOOR), -np.log(_FLOOR))] * len(start)
+    limits = [(np.log(FLOOR), -np.log(FLOOR))] * len(start)
     found = minimize(score, np.zeros(len(start)), jac=True, method="L-BFGS-B", bounds=limits, options={"ftol": 1e-5})
-    at_floor = found.x <= 0.99 * np.log(_FLOOR)
+    at_floor = found.x <= 0.99 * np.log(FLOOR)
     size = np.where(at_floor, 0.0, start * np.exp(found.x))
-    return size, _likelihood(residuals, taken, parts, size, with_gains)[2]
-
-
-def _likelihood(
-    residuals: Residuals, taken: Array, parts: Array, size: Array, with_gains: bool
-) -> tuple[float, Array, Array]:
-    """Minus the logarithm of the restricted likelihood, its derivatives by the sizes, and the information.
-
-    With V the variance of the residuals, A the columns taken out, R = V^-1 - V^-1 A (A' V^-1 A)^-1 A' V^-1:
-
-        2 criterion = log |V| + log |A' V^-1 A| + e' R e
-        2 d criterion / d size_i = tr(R V_i) - e' R V_i R e
-        information_ij = tr(R V_i R V_j) / 2
-    """
-    independent = np.maximum(size[: len(parts)] @ parts, _FLOOR)
-    R = np.diag(1.0 / independent)
-    volume = float(np.sum(np.log(independent)))
-    if with_gains:  # one gain a series: V^-1 by Sherman and Morrison, series by series
-        gain = residuals.force / independent
-        power = 1.0 + size[-1] * residuals.sums(residuals.force * gain)
-        same = residuals.series[:, None] == residuals.series
-        R -= same * np.outer(gain * (size[-1] / power)[residuals.series], gain)
-        volume += float(np.sum(np.log(power)))
-    RA = R @ taken
-    among = taken.T @ RA
-    R -= RA @ np.linalg.solve(among, RA.T)
-    error = R @ residuals.error
-    slope, information = parts @ (np.diag(R) - error**2), parts @ R**2 @ parts.T
-    if with_gains:
-        RU = residuals.sums(residuals.force[:, None] * R).T  # a column for each series
-        both = residuals.sums(residuals.force[:, None] * RU)
-        slope = np.append(slope, np.trace(both) - np.sum(residuals.sums(residuals.force * error) ** 2))
-        across = parts @ np.sum(RU**2, axis=1)
-        information = np.block([[information, across[:, None]], [across, np.sum(both**2)]])
-    criterion = 0.5 * (volume + np.linalg.slogdet(among)[1] + float(residuals.error @ error))
-    return criterion, 0.5 * slope, 0.5 * information
+    return size, likelihood.information(size)

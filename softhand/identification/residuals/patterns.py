@@ -11,7 +11,7 @@ from softhand.identification.residuals.noise import estimate_noise
 from softhand.identification.residuals.remainder import Remainder, Residuals, remainder
 from softhand.numerics.arrays import Array
 
-LIKELY = 0.2
+LIKELY = 0.1
 """Chance of plain noise below which the intervals allow for a pattern; generous, since leaving one out is worse."""
 
 SHOWN = 0.01

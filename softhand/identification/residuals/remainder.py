@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,11 +43,6 @@ class Residuals:
     def __len__(self) -> int:
         return len(self.error)
 
-    def select(self, some: NDArray[np.int64]) -> Residuals:
-        """Some of the numbers."""
-        parts = {name: values[some] for name, values in self.__dict__.items()}
-        return replace(self, **{**parts, "series": np.unique(parts["series"], return_inverse=True)[1]})
-
     def over(self, spread: Array) -> Residuals:
         """The same in other standard deviations."""
         slope = scaled(self.slope / spread[:, None])[0]
@@ -56,8 +52,12 @@ class Residuals:
 
     def sums(self, values: Array) -> Array:
         """Sums over each series, shape (series,) or (series, ...)."""
-        starts = np.flatnonzero(np.diff(self.series, prepend=-1))
-        return np.add.reduceat(values, starts, axis=0)
+        return np.add.reduceat(values, self._starts, axis=0)
+
+    @cached_property
+    def _starts(self) -> NDArray[np.int64]:
+        """Place of the first number of each series."""
+        return np.flatnonzero(np.diff(self.series, prepend=-1))
 
 
 @dataclass(frozen=True, eq=False)
