@@ -108,6 +108,9 @@ def test_friction_must_hold_it_on_a_slope_of_palms() -> None:
         position, rotation, rig.state.z[1:, :3] = resting_pose(rig.plant, rig.state.q)
         rig.plant.world.set_object_pose(position, rotation, rig.state.q)
         assert np.max(np.abs(load_on_object(rig))) < 1e-8
+        start = rig.state.q.copy()
+        rig.run(Midpoint(step=1e-3), 0.2)
+        np.testing.assert_allclose(rig.state.q, start, atol=1e-8)
         forces = np.einsum(
             "kab,kb->ka", rig.plant.support_contacts["rotation"], rig.plant.support_contacts["force"][:, :3]
         )

@@ -117,7 +117,7 @@ def test_the_force_is_the_slope_of_an_energy(shape: Shape) -> None:
 
 
 def test_what_an_ellipsoid_that_turns_adds_to_the_stiffness() -> None:
-    """At the end of an axis, where nothing is left out, `rolling` is the force times the second derivative of the depth."""
+    """At the end of an axis, where nothing is left out, `rolling` is the force times how the depth bends."""
     turn = rotation_of((0.4, -1.1, 0.6))
     for axis in range(3):
         down = np.eye(3)[axis]
@@ -355,7 +355,7 @@ def test_a_tilted_can_returns_or_falls(over: float, falls: bool) -> None:
 
 
 def test_from_end_to_rim_to_side_no_energy_comes_or_goes() -> None:
-    """A can tips over without damping, and bounces: energy and loss of slip stay together, the more the finer the step."""
+    """A can tips over without damping, and bounces: energy and loss of slip stay together."""
     residuals = []
     for step in (1e-4, 5e-5):
         rig = standing(0.02, damping=0.0, friction=0.8)

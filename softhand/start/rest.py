@@ -139,10 +139,10 @@ class _Place:
         return Rest(*self.moved(step), stored if self.sticks else np.zeros_like(stored))
 
     def slides(self, step: Array) -> bool:
-        """Whether friction, where it has to hold the object, does not."""
+        """Whether friction, where it has to hold the object, is at its limit at all that carries it."""
         self._touch(step)
         contacts = self._plant.support_contacts
-        return self.sticks and bool(np.any(contacts["limit_surface_use"][contacts["force"][:, 2] > 0.0] > _STUCK))
+        return self.sticks and bool(np.all(contacts["limit_surface_use"][contacts["force"][:, 2] > 0.0] > _STUCK))
 
     def excess(self, step: Array) -> Array:
         """Force over the weight, and moment about the centre of mass over that and the size, shape (6,)."""
