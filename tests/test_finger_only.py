@@ -132,3 +132,21 @@ def test_a_wrong_law_leaves_an_error() -> None:
     recording = simulate(load_scenario("finger-only", {"control_period": 0.002, "duration": 1.5}), Misled())
     off = 1e3 * np.linalg.norm(recording.object_position[-1] - recording.object_position_desired[-1])
     assert 0.03 < off < 0.2
+
+
+@pytest.mark.parametrize(
+    ("values", "off"),
+    [
+        ({"fingertip.contact": "coulomb"}, 0.31e-3),
+        ({"fingertip.damping.name": "fung"}, 0.56e-3),
+    ],
+    ids=["slip", "creep"],
+)
+def test_the_object_is_off_where_tips_slip_or_creep_as_the_page_says(values: dict[str, Any], off: float) -> None:
+    """By a third and by more than half of a millimetre; with its pose measured it is not."""
+    ends = []
+    for name in ("finger-only", "target-a"):
+        run = simulate(load_scenario(name, values))
+        ends.append(float(np.linalg.norm(run.object_position[-1] - run.object_position_desired[-1])))
+    assert ends[0] == pytest.approx(off, rel=0.2)
+    assert ends[1] < 0.1 * off

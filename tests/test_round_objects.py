@@ -63,6 +63,25 @@ def pole(direction: Array) -> Array:
     return AXES**2 * direction / np.linalg.norm(AXES * direction)
 
 
+def test_feet_reach_as_far_as_the_surface() -> None:
+    """In every direction: exactly for ball and ellipsoid, and within the crown, 3e-4 of the radius, for the cylinder.
+
+    Turned and off the origin of the object frame; the length of the support function is that of each solid.
+    """
+    turn, centre, rng = rotation_of((0.4, -1.1, 0.6)), np.array([0.004, -0.002, 0.003]), np.random.default_rng(6)
+    cylinder, ellipsoid = Cylinder(turn, centre, RADIUS, HALF), Ellipsoid(turn, centre, (0.040, 0.025, 0.030))
+    ball = Sphere(turn, centre, RADIUS)
+    for direction in [*rng.normal(size=(200, 3)), *turn.T, *-turn.T]:
+        u = direction / np.linalg.norm(direction)
+        own = turn.T @ u
+        exact = {ball: RADIUS, ellipsoid: float(np.linalg.norm(AXES * own))}
+        exact[cylinder] = RADIUS * math.hypot(own[0], own[1]) + HALF * abs(own[2])
+        for shape, length in exact.items():
+            reach = max(foot.reach(u) for foot in shape.feet()) - centre @ u
+            slack = 3e-4 * RADIUS if shape is cylinder else 1e-15
+            assert length - slack - 1e-15 <= reach <= length + 1e-15
+
+
 # ------------------------------------------------------------------------------------------------------------ the force
 
 
@@ -98,33 +117,36 @@ def test_the_force_is_the_slope_of_an_energy(shape: Shape) -> None:
 
 
 def test_what_an_ellipsoid_that_turns_adds_to_the_stiffness() -> None:
-    """At the end of an axis, where nothing is left out, `rolling` is the force times the depth's second derivative."""
-    turn = rotation_of((0.4, -1.1, 0.6))
-    for axis in range(3):
-        down = np.eye(3)[axis]
-        rotation = pin.Quaternion.FromTwoVectors(down, -NORMAL).toRotationMatrix() @ pin.exp3(0.8 * down)
-        rig = on_table(EGG, EGG_BODY, rotation, TABLE, np.zeros(3), depth=1e-4)
-        rig.plant.snapshot.update(rig.state.q, rig.state.v)
-        rig.plant.touch(rig.state.v, rig.state.z, with_stiffness=True)
-        contact = rig.plant.support_contacts[0]
-        x_C, y_C, z_C = contact["rotation"].T
+    """At the end of the shortest axis `rolling` is the force times how the depth bends; at the longest, nothing."""
+    shortest, longest = int(np.argmin(AXES)), int(np.argmax(AXES))
+    contact, bent = _rolling_at(shortest)
+    np.testing.assert_allclose(contact["rolling"], bent, rtol=1e-5)
+    assert abs(bent[1]) > 0.05 * bent[0], "in general position"
+    contact, bent = _rolling_at(longest)
+    np.testing.assert_array_equal(contact["rolling"], 0.0)
+    assert max(bent[0], bent[2]) < 0.0
 
-        def bend(first: Array, second: Array, rotation: Array = rotation) -> float:
-            def depth(a: float, b: float) -> float:
-                return EGG.feet()[0].reach((pin.exp3(a * first + b * second) @ rotation).T @ -NORMAL)
 
-            h = 1e-4
-            return (depth(h, h) - depth(h, -h) - depth(-h, h) + depth(-h, -h)) / (4.0 * h * h)
+def _rolling_at(axis: int) -> tuple[np.void, Array]:
+    """The contact of the ellipsoid on the end of an axis; by differences, its force times the bend of the depth."""
+    down = np.eye(3)[axis]
+    rotation = pin.Quaternion.FromTwoVectors(down, -NORMAL).toRotationMatrix() @ pin.exp3(0.8 * down)
+    rig = on_table(EGG, EGG_BODY, rotation, TABLE, np.zeros(3), depth=1e-4)
+    rig.plant.snapshot.update(rig.state.q, rig.state.v)
+    rig.plant.touch(rig.state.v, rig.state.z, with_stiffness=True)
+    contact, h = rig.plant.support_contacts[0], 1e-4
+    x_C, y_C, z_C = contact["rotation"].T
 
-        turns = np.cross(z_C, x_C), np.cross(z_C, y_C)  # that turn z_C, as the body sees it, towards x_C and y_C
-        exact = contact["force"][2] * np.array(
-            [bend(turns[0], turns[0]), bend(turns[0], turns[1]), bend(turns[1], turns[1])]
-        )
-        others = [AXES[k] ** 2 / AXES[axis] - AXES[axis] for k in range(3) if k != axis]
-        if min(others) > 0.0:
-            np.testing.assert_allclose(contact["rolling"], exact, rtol=1e-5)
-        assert np.all(contact["rolling"][[0, 2]] >= 0.0)
-    assert np.linalg.det(turn) == pytest.approx(1.0)
+    def depth(turn: Array) -> float:
+        return EGG.feet()[0].reach((pin.exp3(turn) @ rotation).T @ -NORMAL)
+
+    def bend(one: Array, other: Array) -> float:
+        ends = depth(h * (one + other)), depth(h * (one - other)), depth(h * (other - one)), depth(-h * (one + other))
+        return float(contact["force"][2]) * (ends[0] - ends[1] - ends[2] + ends[3]) / (4.0 * h * h)
+
+    # turns that turn z_C, as the body sees it, towards x_C and y_C
+    first, second = np.cross(z_C, x_C), np.cross(z_C, y_C)
+    return contact, np.array([bend(first, first), bend(first, second), bend(second, second)])
 
 
 # ------------------------------------------------------------------------------------------------------------- rolling
@@ -210,29 +232,28 @@ def test_a_can_that_slips_slides_and_spins_up() -> None:
     slope, mu = math.radians(40.0), 0.2
     rig, along = lying(0.5, slope, 0.0, mu)
     speeds = []
-    for _ in range(2):
-        rig.run(Midpoint(step=5e-4), 0.1)
-        speeds.append((float(rig.velocity[:3] @ (rotation_in(rig).T @ along)), float(rig.velocity[5])))
-    gained = np.diff(speeds, axis=0)[0] / 0.1
+    rig.run(
+        Midpoint(step=5e-4),
+        0.2,
+        lambda _: speeds.append((rotation_in(rig) @ rig.velocity[:3] @ along, rig.velocity[5])),
+    )
+    gained = (np.array(speeds[399]) - speeds[199]) / 0.1
     assert gained[0] == pytest.approx(G * (math.sin(slope) - mu * math.cos(slope)), rel=1e-3)
     assert gained[1] == pytest.approx(2.0 * mu * G * math.cos(slope) / RADIUS, rel=1e-3)
 
 
 def test_rolling_on_a_level_table_goes_on_for_ever() -> None:
-    """A second of it: no drift aside, no energy lost or made, no slip, though the place that touches goes round.
-
-    What the step leaves of the energy falls with its cube: 1.3e-7 J at 1 ms, 4e-10 J at 0.2 ms.
-    """
+    """A second of it: no drift aside, no energy lost or made, no slip, though the place that touches goes round."""
     rig, along = lying(0.5, 0.0, 0.3)
     start = rig.position.copy()
     sunk = RADIUS - MASS * G / (4.0 * K)
     rig.velocity[:3], rig.velocity[5] = rotation_in(rig).T @ (0.3 * along), 0.3 / sunk
     energy = rig.energy()
-    rig.run(Midpoint(step=2e-4), 1.0)
+    rig.run(Midpoint(step=5e-4), 1.0)
     way = rig.position - start
-    assert way @ along == pytest.approx(0.3, rel=5e-6)
+    assert way @ along == pytest.approx(0.3, rel=2e-6)
     assert np.linalg.norm(way - (way @ along) * along) < 1e-7
-    assert rig.energy() - energy == pytest.approx(0.0, abs=1e-7 * MASS * 0.3**2)
+    assert rig.energy() - energy == pytest.approx(0.0, abs=2e-6 * MASS * 0.3**2)
     assert not np.any(rig.plant.support_contacts["slip_loss"])
 
 
@@ -337,7 +358,7 @@ def test_a_tilted_can_returns_or_falls(over: float, falls: bool) -> None:
 
 
 def test_from_end_to_rim_to_side_no_energy_comes_or_goes() -> None:
-    """A can tips over without damping, and bounces: energy and loss of slip stay together, but for the steps."""
+    """A can tips over without damping, and bounces: energy and loss of slip stay together."""
     residuals = []
     for step in (1e-4, 5e-5):
         rig = standing(0.02, damping=0.0, friction=0.8)

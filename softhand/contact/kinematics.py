@@ -25,7 +25,7 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
             y_C as the pad sees it.
     """
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
-    R, own = contact.rotation, pad.own
+    R, own, rolls = contact.rotation, pad.own, pad.semi_axes[0] > 0.0
     for a in range(columns.shape[0]):
         column = columns[a]
         if column < 0:
@@ -38,7 +38,7 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         for row in range(3):
             jacobian[a, row] = R[0, row] * vx + R[1, row] * vy + R[2, row] * vz
         jacobian[a, 3] = R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz
-        if pad.semi_axes[0] > 0.0:
+        if rolls:
             jacobian[a, 4] = R[0, 1] * wx + R[1, 1] * wy + R[2, 1] * wz
             jacobian[a, 5] = -(R[0, 0] * wx + R[1, 0] * wy + R[2, 0] * wz)
 

@@ -23,8 +23,8 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
     (s1, s2, psi) under a law in surface coordinates, and behind them what a damping remembers.
 
     With a lead, v is that of the middle of the step, and the frames are those of its end. On a body that turns the
-    normal velocity of the two together is off by half of a step, and friction with the force of a dashpot at it, so
-    that the limit of friction takes the mean rate of the depth over the step.
+    normal velocity of the two together is off by half of a step, and with it the force of a dashpot and friction; so
+    both take the mean rate of the depth over the step.
 
     Args:
         pads: table `records.PAD`, shape (nc,).

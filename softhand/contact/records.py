@@ -91,7 +91,7 @@ CONTACT = np.dtype(
         ("phi_per_y", np.float64),  # dpsi' = w_z + psi_per_x v_x; 1, 1, 0 for surface coordinates
         ("psi_per_x", np.float64),
         ("velocity", np.float64, 4),  # J_CF q' - J_O v_O: v_x, v_y, v_z [m/s], w_z [rad/s] in C_F
-        ("pressing_rate", np.float64),  # dr' as the limit of friction sees it [m/s], see `evaluate_contacts`
+        ("pressing_rate", np.float64),  # dr' as dashpot and friction see it [m/s], see `evaluate_contacts`
         ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]; or dr, s1, s2 [m], psi [rad]
         ("deformation_rate", np.float64, 4),  # their rates if nothing slips: less `slip_speed` they are those that are
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau

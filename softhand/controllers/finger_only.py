@@ -23,7 +23,9 @@ class FingerOnly(Controller):
     [Nakashima] Remark 5 says that this is possible and leaves the way to an earlier paper; the way here is that of
     `ObjectEstimator`. The law of the tips, the faces and the weight of the object, and its pose at the start are known;
     after the start nothing else is read than the joints and the contact forces, in C_F. Form of the controller:
-    certain. The estimate is as good as the known law, and slides away slowly where tips creep, slip or are damped.
+    certain. The estimate is as good as the known law. It slides away where tips slip or creep, for as long as they do,
+    and nothing brings it back: on target A the object ends 0.31 mm and 0.95 deg off where one tip slips 0.59 mm, and
+    0.56 mm and 0.24 deg off with damping `fung`; with `regulation` 0.01 mm and 0.07 deg at the same time.
     """
 
     orientation_error: OrientationError = "rotation-vector"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.contact.pads import Fingertip, Support, memory_size
+from softhand.contact.pads import Fingertip, Support
 from softhand.errors import GraspError
 from softhand.model.arm import Arm
 from softhand.model.world import World
@@ -16,7 +16,7 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.start.grasp import Grasp
 from softhand.start.reach import initial_joints, reach_point
-from softhand.start.rest import resting_pose
+from softhand.start.rest import Rest, resting_pose
 from softhand.start.statics import check_torques
 
 _ROUNDS = 20  # in which the fingers follow the object, and the object the palms on their links
@@ -62,7 +62,7 @@ def solve_open_start(
         for i, (fingertip, point) in enumerate(zip(fingertips, contact_points, strict=True)):
             _open_finger(arm, i, fingertip, point, opening, pose, angles, guess)
         last, pose = pose, _rest(plant, arm, angles, about)
-        if max(np.max(np.abs(now - before)) for now, before in zip(pose, last, strict=True)) <= _STILL:
+        if max(np.max(np.abs(now - before)) for now, before in zip(pose[:2], last[:2], strict=True)) <= _STILL:
             break
     else:
         raise GraspError(
@@ -73,12 +73,14 @@ def solve_open_start(
     arm.move(angles)
     check_torques(arm, np.zeros((nc, 3)), list(np.zeros((nc, 3))))
     q = arm.q.copy()
-    world.set_object_pose(*pose, q)
-    state = State(q, np.zeros(world.model.nv), np.zeros((nc, memory_size(fingertips))))
+    world.set_object_pose(pose.position, pose.rotation, q)
+    z = np.zeros((len(plant.contacts), plant.n_memory))
+    z[nc:, :3] = pose.stored
+    state = State(q, np.zeros(world.model.nv), z)
     return Grasp(state, np.zeros((nc, 4)), np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros(nc))
 
 
-def _rest(plant: Plant, arm: Arm, angles: Array, about: tuple[Array, Array]) -> tuple[Array, Array]:
+def _rest(plant: Plant, arm: Arm, angles: Array, about: tuple[Array, Array]) -> Rest:
     """Where the object rests with the joints at these angles."""
     arm.move(angles)
     q = arm.q.copy()
@@ -87,11 +89,10 @@ def _rest(plant: Plant, arm: Arm, angles: Array, about: tuple[Array, Array]) -> 
 
 
 def _open_finger(
-    arm: Arm, i: int, fingertip: Fingertip, point: ArrayLike, opening: float, pose: tuple[Array, Array],
-    angles: Array, guess: Array,
-) -> None:  # fmt: skip
+    arm: Arm, i: int, fingertip: Fingertip, point: ArrayLike, opening: float, pose: Rest, angles: Array, guess: Array
+) -> None:
     """Put one tip before its contact point; sets its joints in `angles`."""
-    standing, axes = pose
-    touched, normal = standing + axes @ np.asarray(point, dtype=float), axes @ fingertip.face.normal
+    touched = pose.position + pose.rotation @ np.asarray(point, dtype=float)
+    normal = pose.rotation @ fingertip.face.normal
     for gap, place in ((0.0, "the contact point"), (opening, f"the start {1e3 * opening:.3g} mm before its face")):
         reach_point(arm, i, touched + (fingertip.law.radius + gap) * normal, angles, guess, place)
