@@ -16,7 +16,7 @@ from softhand.numerics.compiled import compiled
 
 
 @compiled
-def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, contacts, jacobian):
+def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffness, contacts, jacobian):
     """Geometry, relative velocity, deformation, force and, if asked, stiffness of every contact.
 
     (R, Theta, Phi) follow from the poses, so dr = r - R cannot drift; only z has a memory: (dtheta, dphi, dpsi), or
@@ -34,6 +34,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         v: velocity, shape (nv,).
         z: memory of each contact, see `State`, shape (nc, 3 or more).
         lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.
+        depths: dr of each contact where the step began, NaN of one that did not touch; read with a lead [m], shape (nc,).
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
         jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
@@ -42,7 +43,6 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         pad, contact = pads[i], contacts[i]
         pose, base_pose = poses[pad.joint], poses[pad.base]
         find_nearest(pad, pose, base_pose, contact)
-        was_near = not contact.is_idle
         if pad.is_support:
             if pad.radius - contact.distance <= 0.0:
                 _rest(contact, jacobian[i])
@@ -54,9 +54,9 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, with_stiffness, conta
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
         contact.pressing_rate = contact.velocity[2]
-        if lead > 0.0 and was_near:
-            contact.pressing_rate = 0.5 * (pad.radius - contact.distance - contact.deformation[0]) / lead
         contact.deformation[0] = pad.radius - contact.distance
+        if lead > 0.0 and not math.isnan(depths[i]):
+            contact.pressing_rate = 0.5 * (contact.deformation[0] - depths[i]) / lead
         for k in range(3):
             contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
         if pad.can_slip and contact.deformation[0] <= 0.0:

@@ -31,6 +31,7 @@ class Touch(NamedTuple):
     columns: NDArray[np.int64]
     contacts: NDArray[np.void]
     jacobian: Array
+    depths: Array
 
 
 class Plant:
@@ -49,7 +50,7 @@ class Plant:
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
         contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids 6, see
             `contact_jacobian`.
-        touching: the four together.
+        touching: the four together, and room for the dr of each where a step began, shape (nc,).
         rigid: mass matrix and velocity terms at any configuration.
         joints: what `configuration.integrate` needs, shape (joints, 3).
         envelope: first column of each row of the mass matrix and of M + J^T K J (lower triangle), shape (nv,).
@@ -75,7 +76,9 @@ class Plant:
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
-        self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns)
+        self.touching = Touch(
+            self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan)
+        )
         self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.model.nv)
         self._mass = np.zeros((world.model.nv, world.model.nv))
@@ -143,6 +146,7 @@ class Plant:
             v,
             z,
             lead,
+            self.touching.depths,
             with_stiffness,
             self.contacts,
             self.contact_columns,

@@ -94,9 +94,8 @@ def describe_tips(body, columns, poses, J, contacts, tips):
 
 
 @compiled
-def describe_contacts(touch, poses, J, v, at_tips):
-    """Forces, deformations, friction, eta."""
-    object_pose = poses[poses.shape[0] - 1]
+def describe_contacts(touch, at_tips):
+    """Forces, deformations, friction."""
     for i in range(at_tips.friction_use.shape[0]):
         pad, contact = touch.pads[i], touch.contacts[i]
         at_tips.friction_use[i] = _friction_use(contact)
@@ -104,8 +103,6 @@ def describe_contacts(touch, poses, J, v, at_tips):
             set_limit(pad, contact)
             room = contact.friction * contact.force[2]
             contact.limit_surface_use = limit_use(contact, traction(contact), room)
-        coordinates, rate = at_tips.contact_coordinates[i], at_tips.contact_coordinates_rate[i]
-        contact_coordinates(pad, contact, touch.columns[i], object_pose, J, v, coordinates, rate)
         for k in range(4):
             at_tips.contact_force[i, k], at_tips.deformation[i, k] = contact.force[k], contact.deformation[k]
             at_tips.deformation_rate[i, k] = contact.deformation_rate[k]
@@ -122,8 +119,17 @@ def describe_contacts(touch, poses, J, v, at_tips):
 
 
 @compiled
-def describe_jacobians(touch, object_pose, T_O, jacobians):
-    """J_CF by joints, J_O by the twist and by the coordinates of the object."""
+def describe_rolling(touch, poses, J, v, at_tips):
+    """eta and its rate."""
+    object_pose = poses[poses.shape[0] - 1]
+    for i in range(at_tips.contact_coordinates.shape[0]):
+        coordinates, rate = at_tips.contact_coordinates[i], at_tips.contact_coordinates_rate[i]
+        contact_coordinates(touch.pads[i], touch.contacts[i], touch.columns[i], object_pose, J, v, coordinates, rate)
+
+
+@compiled
+def describe_jacobians(touch, object_pose, jacobians):
+    """J_CF by joints, J_O by the twist of the object."""
     for i in range(jacobians.hand_torsion_jacobian.shape[0]):
         contact, columns = touch.contacts[i], touch.columns[i]
         for a in range(columns.shape[0]):
@@ -135,8 +141,14 @@ def describe_jacobians(touch, object_pose, T_O, jacobians):
             jacobians.hand_torsion_jacobian[i, column] = touch.jacobian[i, a, 3]
         rows = jacobians.object_force_jacobian[3 * i : 3 * i + 3], jacobians.object_torsion_jacobian[i]
         _object_rows(contact, object_pose, rows[0], rows[1])
+
+
+@compiled
+def describe_paper_jacobians(touch, object_pose, T_O, jacobians):
+    """J_O by the coordinates of the object."""
+    for i in range(jacobians.J_O_tau.shape[0]):
         rows = jacobians.J_O_f[3 * i : 3 * i + 3], jacobians.J_O_tau[i]
-        _object_rows_in_coordinates(contact, object_pose, T_O, rows[0], rows[1])
+        _object_rows_in_coordinates(touch.contacts[i], object_pose, T_O, rows[0], rows[1])
 
 
 @compiled

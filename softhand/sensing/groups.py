@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from softhand.numerics.arrays import Array
+import numpy as np
+
+from softhand.numerics.arrays import AnyArray, Array
 
 
 class Joints(NamedTuple):
@@ -99,3 +102,27 @@ class Asked(NamedTuple):
 
 
 GROUPS = (Joints, Object, Tips, Contacts, Jacobians, Supports, Internal, Asked)
+
+JOINTS, OBJECT, TIPS, CONTACTS, ROLLING, JACOBIANS, PAPER, SUPPORTS, INTERNAL = range(9)
+"""Parts of an observation that can be left out: the groups, and of them apart what is dear: eta and its rate, and the
+Jacobians by the coordinates of the object."""
+
+_ROLLING = {"contact_coordinates", "contact_coordinates_rate"}
+_PAPER = {"J_O_f", "J_O_tau"}
+_FIELDS = {
+    JOINTS: set(Joints._fields),
+    OBJECT: {*Object._fields, "object_position", "object_rpy", *_PAPER},
+    TIPS: set(Tips._fields),
+    CONTACTS: set(Contacts._fields) - _ROLLING,
+    ROLLING: _ROLLING,
+    JACOBIANS: set(Jacobians._fields) - _PAPER,
+    PAPER: _PAPER,
+    SUPPORTS: set(Supports._fields),
+    INTERNAL: set(Internal._fields),
+}
+
+
+def parts_of(fields: Iterable[str]) -> AnyArray:
+    """Which parts these fields need: 1 at each of them, shape (9,)."""
+    names = set(fields)
+    return np.array([not names.isdisjoint(own) for own in _FIELDS.values()], dtype=np.int64)

@@ -23,11 +23,25 @@ from softhand.sensing.describe import (
     describe_jacobians,
     describe_joints,
     describe_object,
+    describe_paper_jacobians,
+    describe_rolling,
     describe_supports,
     describe_tips,
 )
-from softhand.sensing.fields import pick, room
-from softhand.sensing.groups import GROUPS
+from softhand.sensing.fields import FIELDS, pick, room
+from softhand.sensing.groups import (
+    CONTACTS,
+    GROUPS,
+    INTERNAL,
+    JACOBIANS,
+    JOINTS,
+    OBJECT,
+    PAPER,
+    ROLLING,
+    SUPPORTS,
+    TIPS,
+    parts_of,
+)
 from softhand.sensing.internal_forces import internal_forces
 from softhand.sensing.known import Known
 from softhand.sensing.observation import Observation
@@ -73,7 +87,7 @@ class Sensor:
     def __init__(self, plant: Plant, desired: Desired) -> None:
         world, pairs = plant.world, contact_pairs(plant.world.n_tips)
         self._plant, self._desired = plant, desired
-        self._body = Body(
+        self.body = Body(
             plant.joints,
             np.array([tip.joint for tip in world.tips], dtype=np.int64),
             np.array([tip.rotation for tip in world.tips]),
@@ -86,6 +100,7 @@ class Sensor:
         known = Known.of(plant, len(pairs))
         self.block = np.zeros(room(known.sizes))
         self.observation = Observation(known, self.block, is_live=True)
+        self.groups = tuple(pick(group, self.observation.fields) for group in GROUPS)
         self._state: State | None = None
 
     def observe(self, state: State, time: float) -> Observation:
@@ -102,38 +117,64 @@ class Sensor:
         plant, desired = self._plant, self._desired
         self._state = state
         self._observe = prepared(
-            _observe,
-            self._body,
+            observe,
+            self.body,
             plant.touching,
             plant.snapshot.terms,
             Wanted(*(getattr(desired, name) for name in Wanted._fields)),
             state.arrays,
             plant.at,
-            tuple(pick(group, self.observation.fields) for group in GROUPS),
+            self.groups,
+            parts_of(FIELDS),
             varying=(True,),
         )
 
 
 @compiled
-def _observe(body, touch, terms, desired, state, at, groups, evaluated):
-    """Everything but the time; False if the plant is said to be evaluated at this state and is not."""
+def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
+    """All parts that are asked for, but the time; False if the plant is said to be evaluated at this state and is not.
+
+    Args:
+        body: what does not change.
+        touch: arrays of the contacts, `plant.Touch`.
+        terms: `Snapshot.terms`; J and poses belong to the state.
+        desired: what the reference asks for now.
+        state: `State.arrays`.
+        at: `Plant.at`.
+        groups: set, the fields of an observation by `GROUPS`.
+        parts: which of them, see `groups.parts_of`.
+        evaluated: whether the stepper has evaluated the contacts at this state.
+    """
     contacts, poses, J = touch.contacts, terms.poses, terms.J
+    object_pose = poses[poses.shape[0] - 1]
     joints, object_, tips, at_tips, jacobians, supports, internal, asked = groups
     if not evaluated:
-        evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, False, contacts, touch.jacobian)
+        evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, touch.depths, False, contacts,
+                          touch.jacobian)  # fmt: skip
         at[0] = math.nan
     elif is_at(state.q, state.v, state.z, at):
         move_contacts(touch.columns, contacts, touch.jacobian, state.v)
     else:
         return False
-    gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
-    describe_joints(body, state.q, state.v, joints)
-    describe_object(poses[poses.shape[0] - 1], state.v, body.gravity_terms, object_)
-    describe_tips(body, touch.columns, poses, J, contacts, tips)
-    describe_contacts(touch, poses, J, state.v, at_tips)
-    describe_jacobians(touch, poses[poses.shape[0] - 1], object_.coordinate_map, jacobians)
-    describe_supports(contacts, at_tips.friction_use.shape[0], supports)
-    # f_N = K^+ f_C                                                                                  (58)
-    internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
+    if parts[JOINTS] or parts[OBJECT]:
+        gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
+    if parts[JOINTS]:
+        describe_joints(body, state.q, state.v, joints)
+    if parts[OBJECT]:
+        describe_object(object_pose, state.v, body.gravity_terms, object_)
+    if parts[TIPS]:
+        describe_tips(body, touch.columns, poses, J, contacts, tips)
+    if parts[CONTACTS]:
+        describe_contacts(touch, at_tips)
+    if parts[ROLLING]:
+        describe_rolling(touch, poses, J, state.v, at_tips)
+    if parts[JACOBIANS]:
+        describe_jacobians(touch, object_pose, jacobians)
+    if parts[PAPER]:
+        describe_paper_jacobians(touch, object_pose, object_.coordinate_map, jacobians)
+    if parts[SUPPORTS]:
+        describe_supports(contacts, at_tips.friction_use.shape[0], supports)
+    if parts[INTERNAL]:  # f_N = K^+ f_C                                                               (58)
+        internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
     copy_desired(desired, asked)
     return True

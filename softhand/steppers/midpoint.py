@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -70,8 +71,6 @@ class Kicks(NamedTuple):
     """(h^2/4) K J' w of each contact, in C_F, shape (nc, 4)."""
     rate: Array
     """Rate of each deformation before the drift, shape (nc, 4)."""
-    touched: AnyArray
-    """Whether a contact touched before the drift, shape (nc,)."""
     matrix: Array
     """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J, shape (nv, nv)."""
     flags: AnyArray
@@ -91,7 +90,7 @@ class _MidpointIntegration(Integration):
         w, middle, ahead, above, acceleration, held = np.zeros((6, nv))
         self._kicks = Kicks(
             w, middle, ahead, above, acceleration, held, pull=np.zeros((nc, 4)),
-            rate=np.zeros((nc, 4)), touched=np.zeros(nc, np.int64), matrix=np.zeros((nv, nv)),
+            rate=np.zeros((nc, 4)), matrix=np.zeros((nv, nv)),
             flags=np.zeros(3, np.int64),
         )  # fmt: skip
         self._state: State | None = None
@@ -137,8 +136,8 @@ def start_step(touch, terms, envelope, kicks, at, step, state):
     The acceleration will change within the step by about -M^-1 J^T K J v h, so w = v - (h^2/6) M^-1 J^T K J v. What w
     is lower than v is kept, so that the end of the step can settle the rest.
     """
-    evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, state.v, state.z, 0.0, True, touch.contacts,
-                      touch.jacobian)  # fmt: skip
+    evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, state.v, state.z, 0.0, touch.depths, True,
+                      touch.contacts, touch.jacobian)  # fmt: skip
     note_slip(touch.pads, touch.contacts, state.z, 0.0)
     factor_matrix(touch, terms.M, envelope, step, kicks.matrix)
     lag_of(touch, envelope, kicks.matrix, step, kicks.w)
@@ -178,16 +177,16 @@ def kick(torque, external, touch, terms, envelope, kicks, at, step, state):
     """Contacts and matrix at the new state, z for the other h/2 with its frames, and the second kick."""
     contacts, w, middle, above, a, h = touch.contacts, kicks.w, kicks.middle, kicks.above, kicks.acceleration, step
     for i in range(contacts.shape[0]):
-        kicks.touched[i] = not contacts[i].is_idle
+        touch.depths[i] = math.nan if contacts[i].is_idle else contacts[i].deformation[0]
         for k in range(4):
             kicks.rate[i, k] = contacts[i].deformation_rate[k]
     # drift, second half: z + (h/2) z'(middle) at the new configuration
-    evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, middle, state.z, 0.5 * h, True, contacts,
-                      touch.jacobian)  # fmt: skip
+    evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, middle, state.z, 0.5 * h, touch.depths, True,
+                      contacts, touch.jacobian)  # fmt: skip
     for i in range(contacts.shape[0]):
         for k in range(3):
             state.z[i, k] = contacts[i].deformation[1 + k]
-    pull_of(touch, 0.25 * h, kicks.rate, kicks.touched, kicks.pull)
+    pull_of(touch, 0.25 * h, kicks.rate, kicks.pull)
     note_slip(touch.pads, contacts, state.z, h)
     relax(touch.pads, contacts, 0.5 * h, state.z)
     # kick: w, and v of an acceleration that grows evenly within the step

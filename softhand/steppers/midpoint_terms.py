@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from softhand.contact.kinematics import relative_velocity
@@ -67,7 +69,7 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
 
 
 @compiled
-def pull_of(touch, weight, rate, touched, pull):
+def pull_of(touch, weight, rate, pull):
     """pull = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force.
 
     Beside it half of what it does to the viscous force along z, which is taken at the mean rate of the step.
@@ -78,7 +80,7 @@ def pull_of(touch, weight, rate, touched, pull):
         contact = touch.contacts[i]
         if contact.is_idle:
             continue
-        if not touched[i]:
+        if math.isnan(touch.depths[i]):
             pull[i, :] = 0.0
             continue
         change, before = contact.deformation_rate, rate[i]
