@@ -174,7 +174,7 @@ class ObjectEstimator:
             before: the estimate of the sample before.
         """
         now, hand = before, _Hand(observation)
-        dq_F, turned = hand.q_F - before.q_F, np.zeros(len(self._tips))
+        dq_F, turned = observation.joints_from(before.q_F), np.zeros(len(self._tips))
         for _ in range(2):  # the middle is known only after a first go
             deformation = self._deformation(observation.f_C, turned, now, before)
             motion = self._motion(dq_F, deformation - before.deformation, now, before)

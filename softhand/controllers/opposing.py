@@ -48,6 +48,6 @@ class Opposing(Controller):
         r = radii(observation)
         f_d = per_newton * observation.desired.internal_force[0]
         forces = f_d / r.sum() * attraction(observation.tip_position) - 0.5 * self.mass * observation.gravity
-        turned = e @ (observation.joint_position - q_start)
+        turned = e @ observation.joints_from(q_start)
         tau = pushed(observation.tip_jacobian, forces) - (r**2 / self.gamma * turned) @ e
         return tau + observation.N_F - C * observation.joint_velocity, memory

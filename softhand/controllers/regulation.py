@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
@@ -63,6 +64,7 @@ class Regulation(Controller):
             diagonal("K_N", self.K_N, pairs),
             diagonal("K_posture", self.K_posture, n),
             observation.joint_position.copy(),
+            observation.is_continuous,
             error=np.zeros(6),
             pull=np.zeros(6),
             wrench=np.zeros(6),
@@ -121,6 +123,8 @@ class Gains(NamedTuple):
     """[N m/rad], shape (n,)."""
     posture: Array
     """q_F(0) [rad], shape (n,)."""
+    is_continuous: NDArray[np.bool_]
+    """Which joints turn without end, shape (n,)."""
     error: Array
     """Room, as the following."""
     pull: Array
@@ -162,7 +166,7 @@ def regulation(observed, gains, is_euler, compensate, tau):
             for j in range(n):
                 tau[j] += observed.hand_torsion_jacobian[i, j] * observed.contact_force[i, 3]
     if has_posture:
-        _add_posture(observed.hand_force_jacobian, gains.K_posture, gains.posture, observed.joint_position, tau)
+        _add_posture(observed.hand_force_jacobian, gains, observed.joint_position, tau)
 
 
 @compiled
@@ -184,12 +188,15 @@ def _pull(observed, gains, is_euler):
 
 
 @compiled
-def _add_posture(J, K_posture, start, q_F, tau):
-    """tau += [1 - J^+ J] K_posture (start - q_F)."""
+def _add_posture(J, gains, q_F, tau):
+    """tau += [1 - J^+ J] K_posture (q_F(0) - q_F)."""
     n, rows = tau.shape[0], J.shape[0]
     pull, carried = np.empty(n), np.empty(rows)
     for j in range(n):
-        pull[j] = K_posture[j] * (start[j] - q_F[j])
+        turned = gains.posture[j] - q_F[j]
+        if gains.is_continuous[j]:
+            turned -= 2.0 * math.pi * round(turned / (2.0 * math.pi))
+        pull[j] = gains.K_posture[j] * turned
         tau[j] += pull[j]
     least_norm(J, True, pull, carried)
     for row in range(rows):

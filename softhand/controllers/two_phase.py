@@ -61,5 +61,5 @@ class TwoPhase(Controller):
         e = float(b @ rotation_vector(observation.object_rotation, rotation_of(observation.desired.coordinates[3:])))
         integral += e * (observation.time - before)
         q_d = q_bias + way * (self.K_P * e + self.K_I * integral)
-        u = K_q * (q_d - observation.joint_position) - K_d * observation.joint_velocity
+        u = -K_q * observation.joints_from(q_d) - K_d * observation.joint_velocity
         return u, (gains, q_bias, b, way, integral, observation.time)

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from softhand.contact.pads import Fingertip
+from softhand.model.configuration import CONTINUOUS
 from softhand.model.terms import RigidTerms
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
@@ -22,6 +24,7 @@ class Known:
     fingertips: tuple[Fingertip, ...]
     tip_names: tuple[str, ...]
     effort_limit: Array
+    is_continuous: NDArray[np.bool_]
     object_mass: float
     object_lever: Array
     gravity: Array
@@ -37,11 +40,12 @@ class Known:
             plant.fingertips,
             tuple(tip.name for tip in world.tips),
             world.effort_limit.copy(),
+            world.joints[:-1, 0] == CONTINUOUS,
             float(inertia.mass),
             np.array(inertia.lever),
             np.array(world.gravity),
             plant.rigid,
         )
-        for array in (known.effort_limit, known.object_lever, known.gravity):
+        for array in (known.effort_limit, known.is_continuous, known.object_lever, known.gravity):
             array.flags.writeable = False
         return known

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.contact.pads import Fingertip
 from softhand.numerics.arrays import Array
@@ -229,6 +230,20 @@ class Observation:
     def effort_limit(self) -> Array:
         """Largest torque of each joint [N m, N], shape (n,); a constant."""
         return self.known.effort_limit
+
+    @property
+    def is_continuous(self) -> NDArray[np.bool_]:
+        """Which joints turn without end, so that their position is known but for whole turns, shape (n,); constants."""
+        return self.known.is_continuous
+
+    def joints_from(self, start: Array) -> Array:
+        """joint_position - start, of joints that turn without end the shorter way [rad, m], shape (n,).
+
+        Args:
+            start: joint positions [rad, m], shape (n,).
+        """
+        moved = self.joint_position - start
+        return np.where(self.is_continuous, np.remainder(moved + np.pi, 2.0 * np.pi) - np.pi, moved)
 
     @property
     def object_mass(self) -> float:

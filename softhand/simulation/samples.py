@@ -10,6 +10,7 @@ import numpy as np
 
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
+from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.recording.events import events_as_text, find_events, phases_as_text
@@ -131,7 +132,9 @@ class Samples:
         found["deformation"] = self._as_angles(found["deformation"])
         is_curved = bool(self._plant.pads[0]["chart_function"])
         turning = [0, 2, 4] if is_curved else [0, 4]  # theta, the angle about the axis of the object, psi
-        for name, places in (("contact_angles", [0]), ("contact_coordinates", turning)):
+        endless = np.flatnonzero(self._plant.joints[:-1, 0] == CONTINUOUS).tolist()
+        of_angles = {"joint_position": endless, "contact_angles": [0], "contact_coordinates": turning}
+        for name, places in of_angles.items():
             found[name], self.turns[name] = _without_jumps(found[name], places, self.turns.get(name))
         lower, upper = world.position_limits
         position = found["joint_position"]
@@ -175,9 +178,9 @@ def _without_jumps(values: Array, turning: list[int], before: Array | None) -> t
     """Values over time whose angles [rad], at these places of the last dimension, go on beyond one turn.
 
     Args:
-        values: shape (samples, nc, ...).
+        values: shape (samples, ..., numbers).
         turning: places of the angles.
-        before: whole turns of each angle before the first sample, shape (nc, angles); None for none.
+        before: whole turns of each angle before the first sample, shape (..., angles); None for none.
 
     Returns:
         The values, and the whole turns of each angle before the last sample.
