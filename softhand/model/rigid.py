@@ -125,27 +125,27 @@ def _move_body(joint, rate, pose, before, body):
     else:
         w = w[0] + rate * a[0], w[1] + rate * a[1], w[2] + rate * a[2]
         turning = turning[0] + rate * u[0], turning[1] + rate * u[1], turning[2] + rate * u[2]
-    inertia, m = joint.inertia, joint.mass
+    m = joint.mass
     h = _turned(pose, joint.first[0], joint.first[1], joint.first[2])
-    I = _turned_inertia(pose, inertia)
+    about = _turned_inertia(pose, joint.inertia)
     x, y, z = _cross(turning, h), _cross(w, _cross(w, h)), _cross(h, lift)
-    s, t = _symmetric_times(I, turning), _cross(w, _symmetric_times(I, w))
+    s, t = _symmetric_times(about, turning), _cross(w, _symmetric_times(about, w))
     for k in range(3):
         body.spin[k], body.turning[k], body.lifting[k] = w[k], turning[k], lift[k]
         body.force[k] = m * lift[k] + x[k] + y[k]
         body.moment[k] = z[k] + s[k] + t[k]
         body.first[k] = h[k]
     for k in range(6):
-        body.inertia[k] = I[k]
+        body.inertia[k] = about[k]
     body.mass = m
 
 
 @compiled
-def _turned_inertia(pose, I):
+def _turned_inertia(pose, own):
     """R I R^T, xx, xy, yy, xz, yz, zz."""
-    x = _turned(pose, I[0], I[1], I[3])  # columns of R I
-    y = _turned(pose, I[1], I[2], I[4])
-    z = _turned(pose, I[3], I[4], I[5])
+    x = _turned(pose, own[0], own[1], own[3])  # columns of R I
+    y = _turned(pose, own[1], own[2], own[4])
+    z = _turned(pose, own[3], own[4], own[5])
     return (
         x[0] * pose[0] + y[0] * pose[3] + z[0] * pose[6],
         x[0] * pose[1] + y[0] * pose[4] + z[0] * pose[7],
@@ -229,7 +229,7 @@ def _place_free_flyer(joint, q, pose, J):
 @compiled
 def _free_flyer_terms(joint, v, pose, gravity, M, nle):
     """Six rows of nle and M of one free body, in its own axes, where M does not change."""
-    j, m, h, I = joint.column, joint.mass, joint.first, joint.inertia
+    j, m, h, about = joint.column, joint.mass, joint.first, joint.inertia
     u, w = (v[j], v[j + 1], v[j + 2]), (v[j + 3], v[j + 4], v[j + 5])
     lift = (
         -(pose[0] * gravity[0] + pose[1] * gravity[1] + pose[2] * gravity[2]),
@@ -238,7 +238,7 @@ def _free_flyer_terms(joint, v, pose, gravity, M, nle):
     )
     # momentum P = m u + w x h and L = I w + h x u; force w x P, moment w x L + u x P
     x, y = _cross(w, h), _cross(h, u)
-    P, spin = (m * u[0] + x[0], m * u[1] + x[1], m * u[2] + x[2]), _symmetric_times(I, w)
+    P, spin = (m * u[0] + x[0], m * u[1] + x[1], m * u[2] + x[2]), _symmetric_times(about, w)
     f, heavy = _cross(w, P), _cross(h, lift)
     n, t = _cross(w, (spin[0] + y[0], spin[1] + y[1], spin[2] + y[2])), _cross(u, P)
     for k in range(3):
@@ -247,7 +247,7 @@ def _free_flyer_terms(joint, v, pose, gravity, M, nle):
     M[j, j], M[j + 1, j + 1], M[j + 2, j + 2] = m, m, m
     M[j, j + 4], M[j, j + 5], M[j + 1, j + 5] = h[2], -h[1], h[0]
     M[j + 1, j + 3], M[j + 2, j + 3], M[j + 2, j + 4] = -h[2], h[1], -h[0]
-    M[j + 3, j + 3], M[j + 3, j + 4], M[j + 4, j + 4] = I[0], I[1], I[2]
-    M[j + 3, j + 5], M[j + 4, j + 5], M[j + 5, j + 5] = I[3], I[4], I[5]
+    M[j + 3, j + 3], M[j + 3, j + 4], M[j + 4, j + 4] = about[0], about[1], about[2]
+    M[j + 3, j + 5], M[j + 4, j + 5], M[j + 5, j + 5] = about[3], about[4], about[5]
     for k in range(6):
         M[j + k, j + k] += joint.armature[k]
