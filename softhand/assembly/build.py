@@ -51,7 +51,7 @@ def assemble(setup: Setup) -> Simulation:
         LawError: a fingertip law cannot be compiled.
     """
     scenario = setup.scenario
-    plant = Plant(setup.world, setup.fingertips, setup.supports)
+    plant = Plant(setup.world, setup.fingertips, setup.supports, scenario.stepper.terms)
     return Simulation(
         plant=plant,
         start=plant.with_supports(setup.grasp.state),

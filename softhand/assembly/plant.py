@@ -53,7 +53,7 @@ def read_plant(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> P
     """Hand, object and contacts of a scenario; with other laws, or one law at all tips, if given."""
     world = read_world(scenario)
     fingertips = read_fingertips(scenario, world, laws)
-    return Plant(world, fingertips, read_supports(scenario, world, fingertips))
+    return Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
 
 
 def read_grasp(

@@ -73,7 +73,7 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
             "fingertip": _materials(scenario, law),
             "controller": written("controllers", controller),
             "reference": written("references", reference, "kind"),
-            "stepper": written("steppers", stepper),
+            "stepper": {**written("steppers", stepper), "terms": scenario.stepper.terms},
         }
     )
     return Setup(world, fingertips, supports, grasp, controller, reference, stepper, told)

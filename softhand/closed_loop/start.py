@@ -47,6 +47,6 @@ def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, worl
     """
     world, controller = world or read_world(scenario), read_controller(scenario)
     fingertips, grasp = read_grasp(scenario, world, laws)
-    plant = Plant(world, fingertips, read_supports(scenario, world, fingertips))
+    plant = Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
     probe = Probe(plant, resting(read_start(scenario)))
     return HeldStart(probe, plant.with_supports(grasp.state), controller, controller.period or scenario.control_period)

@@ -72,7 +72,8 @@ def simulate(
     if controller is not None and controller != chosen.controller.name:
         chosen = chosen.with_values({"controller": {"name": controller}})
     if stepper is not None and stepper != chosen.stepper.name:
-        chosen = chosen.with_values({"stepper": {"name": stepper, "step": chosen.stepper.step}})
+        before = chosen.stepper
+        chosen = chosen.with_values({"stepper": {"name": stepper, "step": before.step, "terms": before.terms}})
     window = _Window(speed, host, port, open_page, quiet) if view else None
     _simulate(chosen, out, Path(scenario).stem, plot, quiet, window)
 

@@ -1,4 +1,4 @@
-"""Rigid-body terms at one state. Pinocchio runs here and nowhere else in a step."""
+"""Rigid-body terms at one state, from Pinocchio, which runs here and nowhere else in a step."""
 
 from __future__ import annotations
 

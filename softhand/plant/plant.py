@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
 from softhand.contact.records import CONTACT
 from softhand.laws.law import compile_law
+from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.snapshot import Snapshot
 from softhand.model.terms import RigidTerms
 from softhand.model.world import World
@@ -41,7 +42,7 @@ class Plant:
 
     Attributes:
         world: the rigid bodies.
-        snapshot: their terms at the last state.
+        snapshot: their terms at the last state, from Pinocchio or from the kernel, by the argument `terms`.
         fingertips: material of each tip.
         supports: what else may touch; nc counts both.
         materials: fingertips and supports, one a contact.
@@ -61,9 +62,15 @@ class Plant:
         external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
     """
 
-    def __init__(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support] = ()) -> None:
+    def __init__(
+        self,
+        world: World,
+        fingertips: Sequence[Fingertip],
+        supports: Sequence[Support] = (),
+        terms: Literal["pinocchio", "compiled"] = "pinocchio",
+    ) -> None:
         self.world = world
-        self.snapshot = Snapshot(world)
+        self.snapshot = CompiledSnapshot(world) if terms == "compiled" else Snapshot(world)
         self.rigid = RigidTerms(world.model)
         self.joints = world.joints
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)

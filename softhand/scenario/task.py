@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import model_validator
 
 from softhand.errors import ScenarioError
@@ -106,3 +108,5 @@ class StepperSection(OpenSettings):
     """Name of the stepper."""
     step: Positive = 0.001
     """Time step, a whole number of which makes a control period [s]."""
+    terms: Literal["pinocchio", "compiled"] = "pinocchio"
+    """What gives mass matrix, velocity terms and poses: Pinocchio, or a kernel of softhand, faster and tested against it."""

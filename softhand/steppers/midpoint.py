@@ -104,8 +104,8 @@ class _MidpointIntegration(Integration):
             self._plant.snapshot.update(state.q, state.v)
             self._start()
             self._kick_drift()
-        self._mass()
-        self._velocity_terms()
+        for update in self._update:
+            update()
         self._kick()
 
     def restart(self) -> None:
@@ -121,7 +121,7 @@ class _MidpointIntegration(Integration):
     def _prepare(self, state: State) -> None:
         plant, kicks = self._plant, self._kicks
         self._state = state
-        self._mass, self._velocity_terms = plant.snapshot.updates(state.q, kicks.ahead)
+        self._update = plant.snapshot.updates(state.q, kicks.ahead)
         common = plant.touching, plant.snapshot.terms, plant.envelope, kicks, plant.at, self._step, state.arrays
         drive = self.torque, plant.external
         self._start = prepared(start_step, *common)

@@ -1,0 +1,57 @@
+"""Rigid-body terms at one state from a kernel of softhand, in place of Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from softhand.model.rigid import rigid_poses, rigid_terms
+from softhand.model.snapshot import Terms
+from softhand.model.tree import read_tree
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+from softhand.numerics.prepared import prepared
+
+
+def room_for_terms(model: pin.Model) -> Terms:
+    """Arrays that `rigid.rigid_terms` fills, laid out as those of Pinocchio."""
+    nv = model.nv
+    poses = np.zeros((model.njoints, 12))
+    poses[0, [0, 4, 8]] = 1.0
+    return Terms(np.zeros((nv, nv), order="F"), np.zeros((6, nv), order="F"), np.zeros(nv), poses)
+
+
+class CompiledSnapshot:
+    """As `Snapshot`, in all that can be seen.
+
+    Attributes:
+        tree: what the kernel knows of the model.
+
+    Raises:
+        ModelError: the model has a joint that the kernel does not know.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.tree = read_tree(world.model)
+        self.terms = room_for_terms(world.model)
+        self.M, self.J, self.nle, self.poses = self.terms
+        self._q, self._v = np.zeros(world.model.nq), np.zeros(world.model.nv)
+        self._update = prepared(rigid_terms, self.tree, self._q, self._v, self.terms)
+        self._sense = prepared(rigid_poses, self.tree, self._q, self.terms)
+
+    def update(self, q: Array, v: Array) -> None:
+        """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""
+        self._q[:], self._v[:] = q, v
+        self._update()
+
+    def updates(self, q: Array, v: Array) -> tuple[Callable[[], Any], ...]:
+        """The one call of `update` for arrays that stay where they are."""
+        return (prepared(rigid_terms, self.tree, q, v, self.terms),)
+
+    def sense(self, q: Array) -> None:
+        """Run at configuration q for what a controller needs: J and poses; not M, no velocity terms."""
+        self._q[:] = q
+        self._sense()
