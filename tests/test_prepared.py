@@ -154,7 +154,7 @@ def test_the_switch_makes_plain_calls() -> None:
 @pytest.mark.parametrize("change", ["layout", "no entry points", "no table of functions"])
 def test_another_numba_gets_plain_calls(change: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where arrays or entry points are not as they are taken to be, this is found out on a small function."""
-    words = module._words
+    words = module.words_of
 
     def other_layout(argument: Any) -> Iterator[int]:
         if isinstance(argument, np.ndarray):
@@ -167,7 +167,7 @@ def test_another_numba_gets_plain_calls(change: str, monkeypatch: pytest.MonkeyP
         raise AttributeError("'_dispatcher' object has no attribute 'entry_point'")
 
     if change == "layout":
-        monkeypatch.setattr(module, "_words", other_layout)
+        monkeypatch.setattr(module, "words_of", other_layout)
     elif change == "no entry points":
         monkeypatch.setattr(module, "_entry_point", no_entry)
     else:

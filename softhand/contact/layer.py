@@ -34,7 +34,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffnes
         v: velocity, shape (nv,).
         z: memory of each contact, see `State`, shape (nc, 3 or more).
         lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.
-        depths: dr of each contact where the step began, NaN of one that did not touch; read with a lead [m], shape (nc,).
+        depths: dr of each contact where the step began [m], NaN of one that did not touch; read with a lead, (nc,).
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
         jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).

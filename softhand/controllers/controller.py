@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import Any, TypeAlias
+from abc import ABC
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.controllers.formula import call_formula, formula_of
+from softhand.sensing.bound import Bound
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Positive, Settings
 
@@ -15,16 +18,43 @@ Torque: TypeAlias = NDArray[np.float64]
 
 
 class Controller(Settings, ABC):
-    """A control law. Its fields are its settings; what it remembers is its memory, which goes in and comes back."""
+    """A control law. Its fields are its settings; what it remembers is its memory, which goes in and comes back.
+
+    A law of one's own has `torque`, in plain Python:
+
+        class Damped(Controller):
+            K: float = 0.02
+
+            def torque(self, observation, memory):
+                return observation.gravity_torque - self.K * observation.joint_velocity, memory
+
+    or, to be run by the thousand in compiled loops as well, a static method `formula` in its place, in the part of
+    Python that numba compiles:
+
+        class Damped(Controller):
+            K: float = 0.02
+
+            @staticmethod
+            def formula(observed, settings, memory, torque):
+                for j in range(torque.shape[0]):
+                    torque[j] = observed.gravity_torque[j] - settings.K * observed.joint_velocity[j]
+    """
 
     period: Positive | None = None
     """Own sampling period [s], a whole number of control periods; each control period if not given."""
 
-    def start(self, observation: Observation) -> Any:
-        """The memory before the first call; None for a controller that remembers nothing."""
-        return None
+    formula: ClassVar[Callable[..., None] | None] = None
+    """formula(observed, settings, memory, torque) sets `torque` and may change `memory`, one array of numbers, in
+    place. `observed` has the fields of an observation by their names, the time as `observed.clock[0]`; `settings` has
+    the fields of the controller that are numbers or lists of numbers."""
 
-    @abstractmethod
+    def start(self, observation: Observation) -> Any:
+        """The memory before the first call; None for a controller that remembers nothing.
+
+        Of a law with a `formula` it is an array of numbers, of no length if it remembers nothing.
+        """
+        return None if self.formula is None else np.zeros(0)
+
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """One sample of the control law.
 
@@ -37,3 +67,14 @@ class Controller(Settings, ABC):
             Joint torques [N m], shape (n,), and the memory for the next call. The effort limits of the URDF are applied
             to the torques afterwards.
         """
+        if self.formula is None:
+            raise NotImplementedError(f"{type(self).__name__} needs a method `torque` or a static method `formula`")
+        return call_formula(self, observation, memory)
+
+    def compiled(self, observation: Observation) -> Bound | None:
+        """The law as compiled code with a memory of its own, at its start; None for a law in plain Python alone.
+
+        Args:
+            observation: of the start.
+        """
+        return None if self.formula is None else formula_of(self, observation)

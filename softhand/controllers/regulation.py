@@ -57,6 +57,10 @@ class Regulation(Controller):
 
     def start(self, observation: Observation) -> Any:
         """The compiled law with its gains and the posture of the start."""
+        return self.compiled(observation)
+
+    def compiled(self, observation: Observation) -> Bound:
+        """Eq. (59)."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
         gains = Gains(
             pose_diagonal("K_O", self.K_O_position, self.K_O_orientation),

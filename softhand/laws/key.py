@@ -14,8 +14,10 @@ from dataclasses import dataclass, field
 from inspect import isbuiltin, isfunction, ismodule
 from types import CodeType, ModuleType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from numba.extending import register_jitable
 
 
 @dataclass
@@ -36,6 +38,23 @@ class Makings:
     def key(self) -> str:
         """One text of all."""
         return "\n".join(self.texts.values())
+
+
+_known: WeakKeyDictionary[Callable[..., Any], str] = WeakKeyDictionary()  # functions that numba may call, as they were
+
+
+def make_compilable(formula: Callable[..., Any]) -> tuple[str, bool]:
+    """Let numba compile a formula and the plain functions that it calls.
+
+    Returns:
+        The key of the formula, and whether its code may be kept on disk.
+    """
+    makings = makings_of(formula)
+    for function in makings.functions:
+        if _known.get(function) != makings.key:
+            register_jitable(function)
+            _known[function] = makings.key
+    return makings.key, makings.can_be_kept
 
 
 def makings_of(formula: Callable[..., Any]) -> Makings:

@@ -8,19 +8,17 @@ from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, pi, sin
 from typing import Annotated, Any, ClassVar, Literal
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import carray, cfunc, float64, njit, types
 from numba.core.errors import NumbaError
-from numba.extending import register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
-from softhand.laws.key import makings_of
+from softhand.laws.key import make_compilable
 from softhand.numerics.compiled import kernel_folder
 from softhand.settings.settings import Settings
 
@@ -143,12 +141,12 @@ def compile_law(law: Law) -> CompiledLaw:
     name = type(law).__name__
     _check_formula(law, n_arguments)
     try:
-        force = _compile_formula(law.force, *_make_compilable(law.force), n_arguments, 4)
+        force = _compile_formula(law.force, *make_compilable(law.force), n_arguments, 4)
         if law.stiffness is None:
             is_polar = law.coordinates == "polar"
-            stiffness = _compile_differences(law.force, *_make_compilable(law.force), n_arguments, is_polar)
+            stiffness = _compile_differences(law.force, *make_compilable(law.force), n_arguments, is_polar)
         else:
-            stiffness = _compile_formula(law.stiffness, *_make_compilable(law.stiffness), n_arguments, 16)
+            stiffness = _compile_formula(law.stiffness, *make_compilable(law.stiffness), n_arguments, 16)
     except NumbaError as error:
         raise LawError(
             f"law '{name}': its formula cannot be compiled: {_reason(law, n_arguments) or error}. "
@@ -205,7 +203,6 @@ def _reason(law: Law, n_arguments: int) -> str:
 
 _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
 _KEPT = 64  # formulas in memory
-_known: WeakKeyDictionary[Callable[..., Any], str] = WeakKeyDictionary()  # functions that numba may call, as they were
 
 
 @lru_cache(_KEPT)
@@ -250,17 +247,3 @@ def _compile_differences(
 
     with kernel_folder(__name__):
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
-
-
-def _make_compilable(formula: Callable[..., Any]) -> tuple[str, bool]:
-    """Let numba compile a formula and the plain functions that it calls.
-
-    Returns:
-        The key of the formula, see `laws.key`, and whether its code may be kept on disk.
-    """
-    makings = makings_of(formula)
-    for function in makings.functions:
-        if _known.get(function) != makings.key:
-            register_jitable(function)
-            _known[function] = makings.key
-    return makings.key, makings.can_be_kept

@@ -57,7 +57,7 @@ def prepared(function: Callable[..., Any], *fixed: Any, varying: tuple[Any, ...]
         call = Prepared(function, *fixed)
     else:
         kinds = tuple(numba.typeof(argument) for argument in fixed)
-        block = np.array([word for argument in fixed for word in _words(argument)], dtype=np.int64)
+        block = np.array([word for argument in fixed for word in words_of(argument)], dtype=np.int64)
         entry = _entry(function, kinds, len(varying))
         call = Prepared(_entry_point(entry, (numba.typeof(block), *map(numba.typeof, varying))), block)
     call.function, call.fixed, call.varying = function, fixed, varying
@@ -79,7 +79,7 @@ def _is_understood() -> bool:
         return False
     try:
         kinds = (numba.typeof(_SAMPLE), numba.types.float64)
-        block = np.array([word for argument in (_SAMPLE, 0.5) for word in _words(argument)], dtype=np.int64)
+        block = np.array([word for argument in (_SAMPLE, 0.5) for word in words_of(argument)], dtype=np.int64)
         entry = _entry(_try, kinds, 0)
         return bool(_entry_point(entry, (numba.typeof(block),))(block) == _SAMPLE[1, 2] + 0.5)
     except Exception:
@@ -94,11 +94,11 @@ def _try(matrix, number):
     return matrix[1, 2] + number
 
 
-def _words(argument: Any) -> Iterator[int]:
+def words_of(argument: Any) -> Iterator[int]:
     """An argument as numba holds it: an array as its parts (no owner), a number as its bits, a tuple as its items."""
     if isinstance(argument, tuple):
         for item in argument:
-            yield from _words(item)
+            yield from words_of(item)
     elif isinstance(argument, np.ndarray):
         yield from (0, 0, argument.size, argument.itemsize, argument.ctypes.data, *argument.shape, *argument.strides)
     elif isinstance(argument, float):
@@ -113,7 +113,7 @@ def _entry(function: Any, kinds: tuple[Kind, ...], n_varying: int) -> Any:
     names: dict[str, Any] = {"function": function}
     arguments, word = [], 0
     for kind in kinds:
-        text, word = _load_text(kind, word, names)
+        text, word = load_text(kind, word, names)
         arguments.append(text)
     rest = [f"x_{k}" for k in range(n_varying)]
     original = function.py_func
@@ -124,12 +124,12 @@ def _entry(function: Any, kinds: tuple[Kind, ...], n_varying: int) -> Any:
     return compiled(names[name])
 
 
-def _load_text(kind: Any, word: int, names: dict[str, Any]) -> tuple[str, int]:
+def load_text(kind: Any, word: int, names: dict[str, Any]) -> tuple[str, int]:
     """Text that reads an argument of that kind from a word of the block on, and the word behind it."""
     if hasattr(kind, "types"):
         items = []
         for item in kind.types:
-            text, word = _load_text(item, word, names)
+            text, word = load_text(item, word, names)
             items.append(text)
         if not hasattr(kind, "instance_class"):
             return f"({', '.join(items)},)", word

@@ -56,6 +56,8 @@ class Motion:
     Attributes:
         desired: at the time of the last `update`; live.
         phases: name and time of the begin [s] of each named phase, in the order of time.
+        now: values, rates and accelerations at that time, as below.
+        twist: of the object and its rate, likewise.
         stops: when it comes to rest somewhere [s]; none if it never does, or nobody knows.
     """
 
@@ -77,9 +79,8 @@ class Motion:
             stops: as the attribute.
         """
         self.phases, self.stops, self._move = phases, stops, move
-        pose, rate, acceleration = now[:, :6]
-        force, opening, carried = now[0, 6:-2], now[0, -2:-1], now[0, -1:]
-        self.desired = Desired(pose, rate, acceleration, force, twist[0], twist[1], opening, carried)
+        self.now, self.twist = now, twist
+        self.desired = desired_of(now, twist)
 
     def update(self, time: float) -> Desired:
         """Set `desired` for a time [s].
@@ -89,6 +90,17 @@ class Motion:
         """
         self._move(time)
         return self.desired
+
+
+def desired_of(now: Array, twist: Array) -> Desired:
+    """The parts of both as views.
+
+    Args:
+        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 8 + pairs).
+        twist: of the object, world axes, and its rate, shape (2, 6).
+    """
+    pose, rate, acceleration = now[:, :6]
+    return Desired(pose, rate, acceleration, now[0, 6:-2], twist[0], twist[1], now[0, -2:-1], now[0, -1:])
 
 
 def motion_along(

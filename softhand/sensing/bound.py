@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
 from softhand.sensing.fields import pick
@@ -32,6 +33,16 @@ class Bound:
         self._size, self._kernel, self._reads, self._settings = size, kernel, reads, settings
         self._renamed = renamed
         self._block: Array | None = None
+
+    @property
+    def reads(self) -> set[str]:
+        """The fields of an observation that it reads."""
+        return {self._renamed.get(name, name) for name in self._reads._fields}
+
+    def addressed(self, observation: Observation, out: Array) -> Addressed:
+        """Ready to be called by other machine code, for one observation and one place of the answer."""
+        observed = pick(self._reads, observation.fields, **self._renamed)
+        return addressed(self._kernel, observed, *self._settings, out)
 
     def __call__(self, observation: Observation) -> Array:
         """The kernel's answer to the numbers of the observation, shape (size,)."""

@@ -7,6 +7,7 @@ the one list of what is in it and in which order.
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Iterable
 from math import prod
 from typing import Any, NamedTuple
 
@@ -65,6 +66,7 @@ RECORDED = {
 """Shape of each field that a recording keeps, in the letters of `Sizes`. They come first: a sample is one copy."""
 
 FIELDS = RECORDED | {
+    "clock": "1",
     "object_coordinates_rate_desired": "6",
     "object_coordinates_acceleration_desired": "6",
     "object_twist_desired": "6",
@@ -161,3 +163,22 @@ def beginnings(sizes: Sizes) -> dict[str, int]:
     """Where each field begins in the block."""
     ends = np.cumsum([prod(shape) for shape in shapes(sizes).values()])
     return dict(zip(FIELDS, [0, *ends[:-1].tolist()], strict=True))
+
+
+def split(rows: Array, sizes: Sizes, names: Iterable[str]) -> dict[str, Array]:
+    """Some fields of many blocks, those that are not empty.
+
+    Args:
+        rows: shape (samples, numbers), each the begin of a block.
+        sizes: of the block.
+        names: of the fields.
+
+    Returns:
+        Views, shape (samples, ...) each.
+    """
+    begins, every, found = beginnings(sizes), shapes(sizes), {}
+    for name in names:
+        shape = every[name]
+        if prod(shape):
+            found[name] = rows[:, begins[name] : begins[name] + prod(shape)].reshape(len(rows), *shape)
+    return found

@@ -30,6 +30,8 @@ class Observation:
 
     time: float
     """[s]"""
+    clock: Array
+    """The time again, as compiled laws read it [s], shape (1,)."""
     configuration: Array
     """q of the rigid-body model, as in `State`, shape (nq,)."""
     joint_position: Array
@@ -146,6 +148,7 @@ class Observation:
 
     def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
         views = fields(block, known.sizes)
+        views.clock[0] = time
         self.__dict__.update(fields=views, time=time, known=known)
         if is_live:
             block = _read_only(block)
@@ -187,7 +190,7 @@ class Observation:
     def __setattr__(self, name: str, value: Any) -> None:
         name = ALIASES.get(name, name)
         if name == "time":
-            self.__dict__["time"] = float(value)
+            self.__dict__["time"] = self.fields.clock[0] = float(value)
         elif name == "desired":
             self._set_desired(value)
         elif name in FIELDS or name in SPANS:

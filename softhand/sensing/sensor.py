@@ -80,6 +80,11 @@ class Wanted(NamedTuple):
     opening: Array
     carried: Array
 
+    @classmethod
+    def of(cls, desired: Desired) -> Wanted:
+        """Those of one."""
+        return cls(*(getattr(desired, name) for name in cls._fields))
+
 
 class Sensor:
     """Keeps an observation up to date; without Pinocchio where the stepper has left the plant at the very state."""
@@ -121,7 +126,7 @@ class Sensor:
             self.body,
             plant.touching,
             plant.snapshot.terms,
-            Wanted(*(getattr(desired, name) for name in Wanted._fields)),
+            Wanted.of(desired),
             state.arrays,
             plant.at,
             self.groups,

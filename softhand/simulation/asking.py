@@ -33,7 +33,7 @@ class Actuators:
     def __init__(self, torque: Array, effort_limit: Array) -> None:
         self.torque, self.limited = torque, np.zeros(torque.shape, np.int8)
         self.command = np.zeros_like(torque)
-        self.apply = prepared(_limit, self.command, effort_limit.copy(), torque, self.limited)
+        self.apply = prepared(limit, self.command, effort_limit.copy(), torque, self.limited)
 
     def reset(self) -> None:
         """No torque."""
@@ -128,7 +128,7 @@ class Asking:
 
 
 @compiled
-def _limit(command, effort_limit, torque, limited):
+def limit(command, effort_limit, torque, limited):
     """Apply the effort limits; False if the command is not finite, torque then stays."""
     for k in range(command.shape[0]):
         if not math.isfinite(command[k]):

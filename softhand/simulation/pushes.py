@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import Array, as_numbers
+from softhand.numerics.compiled import compiled
 from softhand.plant.plant import Plant
 
 OBJECT = "object"
@@ -55,33 +57,84 @@ class Pushes:
 
     def __init__(self, plant: Plant, schedule: Sequence[Push] = ()) -> None:
         self._plant = plant
-        self._schedule = [(push, _Place(plant, push)) for push in schedule]
-        self._now: list[tuple[Push, _Place]] = []
-        self.are_any = bool(schedule)
+        self._schedule = push_table(plant, schedule)
+        self._now = self._schedule[:0]
+        self.are_any = bool(len(schedule))
 
     def add(self, push: Push) -> None:
         """Another push, which `clear` ends."""
-        self._now.append((push, _Place(self._plant, push)))
+        self._now = np.concatenate([self._now, push_table(self._plant, [push])])
         self.are_any = True
 
     def clear(self) -> None:
         """End the pushes that were added."""
-        self._now = []
-        self.are_any = bool(self._schedule)
+        self._now = self._schedule[:0]
+        self.are_any = bool(len(self._schedule))
 
     def apply(self, time: float, q: Array) -> None:
         """Set the generalized force of the step that begins at a time [s], at a configuration, shape (nq,)."""
-        external = self._plant.external
+        external, snapshot = self._plant.external, self._plant.snapshot
         external[:] = 0.0
-        now = time + _ROUNDING
-        active = [pair for pair in self._schedule if pair[0].start <= now < pair[0].start + pair[0].duration]
-        if active or self._now:
-            self._plant.snapshot.sense(q)
-            for push, place in (*active, *self._now):
-                place.add(push, external)
+        begins = self._schedule["start"]
+        if len(self._now) or np.any((begins <= time + ROUNDING) & (time + ROUNDING < self._schedule["end"])):
+            snapshot.sense(q)
+            for pushes in (self._schedule, self._now):
+                add_pushes(pushes, time, snapshot.poses, snapshot.J, external)
 
 
-_ROUNDING = 1e-9  # [s]
+ROUNDING = 1e-9
+"""Of times [s]."""
+
+
+def push_table(plant: Plant, pushes: Sequence[Push]) -> NDArray[np.void]:
+    """Pushes as a table for `add_pushes`.
+
+    Raises:
+        ModelError: a push is on a link that the hand does not have.
+        ScenarioError: its numbers make no push.
+    """
+    world, vector = plant.world, (np.float64, 3)
+    fields = [("joint", np.int64), *((name, *vector) for name in ("force", "moment", "point")), ("start", np.float64),
+              ("end", np.float64), ("moves", np.int64, world.model.nv)]  # fmt: skip
+    table = np.zeros(len(pushes), np.dtype(fields))
+    for row, push in zip(table, pushes, strict=True):
+        _check(push)
+        row["joint"], row["point"] = world.object_joint, push.point
+        if push.on != OBJECT:
+            row["joint"], place = world.hand_frame(push.on)
+            row["point"] = place.act(np.asarray(push.point, dtype=float))
+        row["force"], row["moment"] = push.force, push.moment
+        row["start"], row["end"] = push.start, push.start + push.duration
+        for index in list(world.model.supports[int(row["joint"])])[1:]:
+            joint = world.model.joints[index]
+            row["moves"][joint.idx_v : joint.idx_v + joint.nv] = 1
+    return table
+
+
+@compiled
+def add_pushes(pushes, time, poses, J, external):
+    """external += J^T (force, moment) of each push that is on at a time [s], at the places of the bodies now.
+
+    Args:
+        pushes: of `push_table`.
+        time: [s].
+        poses: `Snapshot.poses`, shape (joints, 12).
+        J: `Snapshot.J`, shape (6, nv).
+        external: shape (nv,).
+    """
+    for i in range(pushes.shape[0]):
+        push = pushes[i]
+        if not push.start <= time + ROUNDING < push.end:
+            continue
+        pose, p, f, m = poses[push.joint], push.point, push.force, push.moment
+        x = pose[9] + pose[0] * p[0] + pose[3] * p[1] + pose[6] * p[2]
+        y = pose[10] + pose[1] * p[0] + pose[4] * p[1] + pose[7] * p[2]
+        z = pose[11] + pose[2] * p[0] + pose[5] * p[1] + pose[8] * p[2]
+        mx, my, mz = m[0] + y * f[2] - z * f[1], m[1] + z * f[0] - x * f[2], m[2] + x * f[1] - y * f[0]
+        for k in range(external.shape[0]):
+            if push.moves[k]:
+                external[k] += J[0, k] * f[0] + J[1, k] * f[1] + J[2, k] * f[2]
+                external[k] += J[3, k] * mx + J[4, k] * my + J[5, k] * mz
 
 
 def _check(push: Push) -> None:
@@ -94,27 +147,3 @@ def _check(push: Push) -> None:
     if times is None or not (np.isfinite(times[0]) and times[1] > 0.0):
         span = f"start is {push.start!r} and duration {push.duration!r}"
         raise ScenarioError(f"a push: {span}; give times [s], and a duration above 0.", key="duration", value=span)
-
-
-class _Place:
-    """The body that a push is on."""
-
-    def __init__(self, plant: Plant, push: Push) -> None:
-        _check(push)
-        world = plant.world
-        if push.on == OBJECT:
-            self._joint, self._point = world.object_joint, np.asarray(push.point, dtype=float)
-        else:
-            self._joint, place = world.hand_frame(push.on)
-            self._point = place.act(np.asarray(push.point, dtype=float))
-        chain = list(world.model.supports[self._joint])[1:]
-        joints = [world.model.joints[index] for index in chain]
-        self._columns = [k for joint in joints for k in range(joint.idx_v, joint.idx_v + joint.nv)]
-        self._snapshot = plant.snapshot
-
-    def add(self, push: Push, external: Array) -> None:
-        """external += J^T (force, moment) at the place of the body now."""
-        pose, J = self._snapshot.poses[self._joint], self._snapshot.J[:, self._columns]
-        arm = pose[9:] + pose[:9].reshape(3, 3).T @ self._point
-        force, moment = np.asarray(push.force, dtype=float), np.asarray(push.moment, dtype=float)
-        external[self._columns] += J[:3].T @ force + J[3:].T @ (moment + np.cross(arm, force))

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import prod
 from typing import Any
 
 import numpy as np
 
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
-from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.recording.events import events_as_text, find_events, phases_as_text
 from softhand.recording.recording import Recording
 from softhand.recording.variables import VARIABLES
-from softhand.sensing.fields import RECORDED, beginnings, room, shapes
+from softhand.sensing.fields import RECORDED, room, split
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.faults import out_of_range
+from softhand.simulation.finishing import finished
 from softhand.simulation.recorder import Recorder
 from softhand.version import __version__
 
@@ -95,7 +94,7 @@ class Samples:
         variables = self._variables(first)
         recording = Recording(
             variables=variables,
-            labels=self._labels("external_force" in variables),
+            labels=labels_of(self._plant, "external_force" in variables),
             scenario=scenario,
             version=__version__,
             complete=not reason,
@@ -112,58 +111,21 @@ class Samples:
 
     def _observed(self) -> dict[str, Any]:
         """The fields of all samples, shape (samples, ...) each."""
-        rows = self._recorder["observed"]
-        found, begins = {}, beginnings(self._sizes)
-        for name, shape in shapes(self._sizes).items():
-            size = prod(shape)
-            if name in RECORDED and size:
-                values = rows[:, begins[name] : begins[name] + size]
-                found[name] = values.reshape(len(rows), *shape)
-        return found
+        return split(self._recorder["observed"], self._sizes, RECORDED)
 
     def _variables(self, first: int) -> dict[str, AnyArray]:
-        world, count = self._plant.world, len(self)
+        count = len(self)
         found: dict[str, AnyArray] = {
             "time": np.round((first + np.arange(count)) * self._period, 12),
             "joint_torque": self._recorder["joint_torque"],
             "torque_limited": self._recorder["torque_limited"],
             **self._observed(),
         }
-        found["deformation"] = self._as_angles(found["deformation"])
-        is_curved = bool(self._plant.pads[0]["chart_function"])
-        turning = [0, 2, 4] if is_curved else [0, 4]  # theta, the angle about the axis of the object, psi
-        endless = np.flatnonzero(self._plant.joints[:-1, 0] == CONTINUOUS).tolist()
-        of_angles = {"joint_position": endless, "contact_angles": [0], "contact_coordinates": turning}
-        for name, places in of_angles.items():
-            found[name], self.turns[name] = _without_jumps(found[name], places, self.turns.get(name))
-        lower, upper = world.position_limits
-        position = found["joint_position"]
-        found["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
+        found = finished(found, self._plant, self.turns)
         external = self._recorder["external_force"]
         if np.any(external):
             found["external_force"] = external
         return {name: found[name] for name in VARIABLES if name in found}
-
-    def _as_angles(self, deformation: Array) -> Array:
-        """The displacements of a law in surface coordinates as the angles s / R, as recordings have them."""
-        pads = self._plant.pads[: self._plant.world.n_tips]
-        surface = np.flatnonzero(pads["is_surface"])
-        if surface.size:
-            deformation = deformation.copy()
-            distance = pads["radius"][surface] - deformation[:, surface, 0]
-            deformation[:, surface, 1:3] /= distance[:, :, None]
-        return deformation
-
-    def _labels(self, is_pushed: bool) -> dict[str, tuple[str, ...]]:
-        world, supports = self._plant.world, self._plant.supports
-        labels = {
-            "joint": world.joint_names,
-            "contact": tuple(tip.name for tip in world.tips),
-            "pair": tuple(f"{i + 1}{j + 1}" for i, j in contact_pairs(world.n_tips)),
-        }
-        if is_pushed:
-            labels["velocity"] = (*world.joint_names, *(f"object {name}" for name in ("x", "y", "z", "rx", "ry", "rz")))
-        return labels | ({"support": tuple(support.name for support in supports)} if supports else {})
 
     def _notes(self, variables: dict[str, AnyArray]) -> dict[str, str]:
         """What a reader of the recording must know of the fingertip law."""
@@ -174,21 +136,14 @@ class Samples:
         return {"out_of_range": note} if note else {}
 
 
-def _without_jumps(values: Array, turning: list[int], before: Array | None) -> tuple[Array, Array]:
-    """Values over time whose angles [rad], at these places of the last dimension, go on beyond one turn.
-
-    Args:
-        values: shape (samples, ..., numbers).
-        turning: places of the angles.
-        before: whole turns of each angle before the first sample, shape (..., angles); None for none.
-
-    Returns:
-        The values, and the whole turns of each angle before the last sample.
-    """
-    goes_on, angles = values.copy(), values[..., turning]
-    turns = np.zeros(angles.shape)
-    turns[:1] = 0.0 if before is None else before
-    turns[1:] = -np.nan_to_num(np.round(np.diff(angles, axis=0) / (2.0 * np.pi)))
-    turns = np.cumsum(turns, axis=0)
-    goes_on[..., turning] += 2.0 * np.pi * turns
-    return goes_on, turns[-1] if len(turns) else np.zeros(angles.shape[1:])
+def labels_of(plant: Plant, is_pushed: bool = False) -> dict[str, tuple[str, ...]]:
+    """Names along the dimensions of a recording; those of the velocities if pushes are in it."""
+    world, supports = plant.world, plant.supports
+    labels = {
+        "joint": world.joint_names,
+        "contact": tuple(tip.name for tip in world.tips),
+        "pair": tuple(f"{i + 1}{j + 1}" for i, j in contact_pairs(world.n_tips)),
+    }
+    if is_pushed:
+        labels["velocity"] = (*world.joint_names, *(f"object {name}" for name in ("x", "y", "z", "rx", "ry", "rz")))
+    return labels | ({"support": tuple(support.name for support in supports)} if supports else {})

@@ -93,7 +93,7 @@ class Simulation:
         self._actuators = Actuators(self.integration.torque, self.observation.effort_limit)
         self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
         self._asking = Asking(controller, self._actuators.command) if controller else None
-        self._stride = _whole_periods(controller, control_period) if controller else 1
+        self._stride = whole_periods(controller, control_period) if controller else 1
         self._pushes = Pushes(plant, pushes)
         self._Theta = np.zeros(plant.world.n_tips)
         self._find_fault = prepared(find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
@@ -302,7 +302,7 @@ class Simulation:
         return recording
 
 
-def _whole_periods(controller: Controller, period: float) -> int:
+def whole_periods(controller: Controller, period: float) -> int:
     """Control periods between two calls of the controller."""
     if controller.period is None:
         return 1

@@ -77,6 +77,15 @@ class Kicks(NamedTuple):
     """See `STARTED`, shape (3,)."""
 
 
+def room_for_kicks(plant: Plant) -> Kicks:
+    """All zero, which is how a step starts from its state alone."""
+    nv, nc = plant.world.model.nv, len(plant.contacts)
+    w, middle, ahead, above, acceleration, held = np.zeros((6, nv))
+    pull, rate = np.zeros((2, nc, 4))
+    flags = np.zeros(3, np.int64)
+    return Kicks(w, middle, ahead, above, acceleration, held, pull, rate, np.zeros((nv, nv)), flags)
+
+
 _CARRIED = ("w", "above", "acceleration", "held", "pull", "matrix", "flags")
 
 
@@ -85,14 +94,8 @@ class _MidpointIntegration(Integration):
 
     def __init__(self, plant: Plant, step: float) -> None:
         super().__init__(plant)
-        nv, nc = plant.world.model.nv, len(plant.contacts)
         self._plant, self._step = plant, step
-        w, middle, ahead, above, acceleration, held = np.zeros((6, nv))
-        self._kicks = Kicks(
-            w, middle, ahead, above, acceleration, held, pull=np.zeros((nc, 4)),
-            rate=np.zeros((nc, 4)), matrix=np.zeros((nv, nv)),
-            flags=np.zeros(3, np.int64),
-        )  # fmt: skip
+        self._kicks = room_for_kicks(plant)
         self._state: State | None = None
 
     def advance(self, state: State, torque: Array) -> None:

@@ -1,0 +1,91 @@
+"""What is kept of each run: which variables of a recording, and how often."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.errors import ScenarioError
+from softhand.numerics.arrays import AnyArray, Array
+from softhand.plant.plant import Plant
+from softhand.recording.variables import VARIABLES
+from softhand.sensing.fields import RECORDED, Sizes, beginnings, shapes
+from softhand.settings.wording import nearest
+from softhand.simulation.finishing import finished
+
+_DRIVE = ("joint_torque", "torque_limited", "external_force")
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Variables of `recording.variables`, and the control periods between two samples."""
+
+    variables: tuple[str, ...]
+    every: int
+
+    @classmethod
+    def of(cls, variables: Iterable[str], every: float, period: float) -> Keep:
+        """As a user asks for it.
+
+        Args:
+            variables: names.
+            every: time between two samples [s], a whole number of control periods.
+            period: control period [s].
+
+        Raises:
+            ScenarioError: there is no such variable, or no such number of periods.
+        """
+        names = tuple(dict.fromkeys(variables))
+        for name in names:
+            if name not in VARIABLES or name == "time":
+                near = nearest(str(name), VARIABLES)
+                raise ScenarioError(
+                    f"variables: {name!r} is no variable of a recording{f'; did you mean {near!r}?' if near else ''} "
+                    f"There are: {', '.join(list(VARIABLES)[1:])}.",
+                    key="variables", value=name,
+                )  # fmt: skip
+        periods = round(every / period) if np.isfinite(every) else 0
+        if periods < 1 or abs(periods * period - every) > 1e-9 * period:
+            raise ScenarioError(
+                f"every: got {every:g} s; it must be a whole number of control periods of {period:g} s, at least one.",
+                key="every", value=every,
+            )  # fmt: skip
+        return cls(names, periods)
+
+    @property
+    def fields(self) -> list[str]:
+        """Of an observation, in their order."""
+        wanted = {"joint_position" if name == "joint_limited" else name for name in self.variables}
+        return [name for name in RECORDED if name in wanted]
+
+    def samples(self, periods: int) -> int:
+        """Of a run of so many control periods."""
+        return periods // self.every + 1 + (periods % self.every > 0)
+
+    def segments(self, sizes: Sizes) -> NDArray[np.int64]:
+        """Begin and size of each field in the block of an observation, shape (fields, 2)."""
+        begins, every = beginnings(sizes), shapes(sizes)
+        rows = [(begins[name], prod(every[name])) for name in self.fields]
+        return np.array(rows, dtype=np.int64).reshape(-1, 2)
+
+    def width(self, sizes: Sizes, nv: int) -> int:
+        """Numbers of a row of the compiled loop."""
+        return 1 + int(self.segments(sizes)[:, 1].sum()) + 2 * sizes.n + nv
+
+    def variables_of(self, rows: Array, sizes: Sizes, plant: Plant) -> dict[str, AnyArray]:
+        """The variables of a run from the rows of the compiled loop, and `time`."""
+        found: dict[str, AnyArray] = {"time": rows[:, 0]}
+        end = 1
+        for name in self.fields:
+            shape = shapes(sizes)[name]
+            found[name] = rows[:, end : end + prod(shape)].reshape(len(rows), *shape)
+            end += prod(shape)
+        for name, size in zip(_DRIVE, (sizes.n, sizes.n, rows.shape[1] - end - 2 * sizes.n), strict=True):
+            found[name] = rows[:, end : end + size]
+            end += size
+        found = finished(found, plant, {})
+        return {name: found[name] for name in ("time", *self.variables) if name in found}

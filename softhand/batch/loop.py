@@ -1,0 +1,156 @@
+"""Control periods without Python: observe, control, record, step, one after the other in one compiled call."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.contact.address import call
+from softhand.model.rigid import rigid_poses
+from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.compiled import compiled
+from softhand.sensing.sensor import Body, Wanted, observe
+from softhand.simulation.asking import limit
+from softhand.simulation.faults import HEALTHY, find_fault
+from softhand.simulation.pushes import add_pushes
+from softhand.steppers.kernels import advance
+
+NEXT, LIMIT, LAST, FAULT, FINGER, SAMPLES = range(6)
+"""Numbers of `Plan.progress`: the period that comes next, that before which the call returns, the last of the run; what
+ended it, of `simulation.faults` or `BAD_TORQUE`, and at which contact; how many samples are recorded."""
+
+BAD_TORQUE = 100
+"""The law answered with NaN or infinity."""
+
+
+class Senses(NamedTuple):
+    """What `sensor.observe` takes beside the mechanics."""
+
+    body: Body
+    wanted: Wanted
+    groups: tuple[Any, ...]
+
+
+class Plan(NamedTuple):
+    """What a run asks for, and what it keeps."""
+
+    kind: int
+    """Of the stepper, see `steppers.kernels`."""
+    step: float
+    """[s]"""
+    steps: int
+    """In a control period."""
+    stride: int
+    """Control periods between two calls of the law."""
+    every: int
+    """Control periods between two samples that are recorded."""
+    code: int
+    """Address of the control law, 0 for none."""
+    words: int
+    """Address of what it is called with."""
+    command: Array
+    """What the law answers with [N m, N], shape (n,)."""
+    effort_limit: Array
+    """[N m, N], shape (n,)."""
+    limited: NDArray[np.int8]
+    """1 where a limit cut the command, shape (n,)."""
+    clock: Array
+    """Time, as the law reads it [s], shape (1,)."""
+    desired: Array
+    """Rows of time [s] and what is asked for then, one a period of this call, shape (periods, 1 + numbers)."""
+    now: Array
+    """Room for one of them without its time: what `Senses.wanted` are views of."""
+    pushes: AnyArray
+    """See `simulation.pushes.push_table`."""
+    parts: AnyArray
+    """Of an observation that are needed where a sample is recorded, see `sensing.groups`."""
+    parts_between: AnyArray
+    """Where none is."""
+    segments: NDArray[np.int64]
+    """Of the block that are recorded: begin and size of each, shape (segments, 2)."""
+    block: Array
+    """Of the observation."""
+    rows: Array
+    """Samples: time, segments of the block, torque, whether it was cut, push; shape (samples, numbers)."""
+    Theta: Array
+    """For `faults.find_fault`, shape (tips,)."""
+    progress: NDArray[np.int64]
+    """See `NEXT`, shape (6,)."""
+
+
+@compiled
+def run_periods(mechanics, senses, plan):
+    """Control periods until `progress[LIMIT]`, or the end of the run, the last sample of which is followed by no step.
+
+    Args:
+        mechanics: `kernels.Mechanics`, the state at the period that comes next.
+        senses: `Senses`.
+        plan: `Plan`.
+    """
+    progress, first = plan.progress, plan.progress[NEXT]
+    while progress[NEXT] < progress[LIMIT] and progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
+        k = progress[NEXT]
+        row = plan.desired[k - first]
+        time = row[0]
+        for i in range(plan.now.shape[0]):
+            plan.now[i] = row[1 + i]
+        is_recorded = k % plan.every == 0 or k == progress[LAST]
+        _sample(mechanics, senses, plan, plan.parts if is_recorded else plan.parts_between, k, time)
+        if progress[FAULT] != HEALTHY:
+            return
+        if plan.pushes.shape[0]:
+            _push(mechanics, plan, time)
+        if is_recorded:
+            _record(mechanics, plan, time)
+        if k < progress[LAST]:
+            for i in range(plan.steps):
+                if i and plan.pushes.shape[0]:
+                    rigid_poses(mechanics.tree, mechanics.state.q, mechanics.terms)
+                    _push(mechanics, plan, time + i * plan.step)
+                advance(plan.kind, mechanics, plan.step)
+        progress[NEXT] = k + 1
+
+
+@compiled
+def _sample(mechanics, senses, plan, parts, k, time):
+    """Observe, look for faults, ask the law."""
+    m, progress = mechanics, plan.progress
+    state, terms, touch, at = m.state, m.terms, m.touch, m.at
+    if not observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, True):
+        rigid_poses(m.tree, state.q, terms)
+        observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, False)
+    fault, finger = find_fault(state.v, touch.pads, touch.contacts, plan.Theta)
+    if fault == HEALTHY and plan.code != 0 and k % plan.stride == 0:
+        plan.clock[0] = time
+        call(plan.code, plan.words, plan.words)
+        if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
+            fault = BAD_TORQUE
+    progress[FAULT], progress[FINGER] = fault, finger
+
+
+@compiled
+def _push(m, plan, time):
+    """The pushes of the step that begins at a time; poses and J are those of its begin."""
+    for k in range(m.external.shape[0]):
+        m.external[k] = 0.0
+    add_pushes(plan.pushes, time, m.terms.poses, m.terms.J, m.external)
+
+
+@compiled
+def _record(m, plan, time):
+    """One more row."""
+    row, end = plan.rows[plan.progress[SAMPLES]], 1
+    row[0] = time
+    for s in range(plan.segments.shape[0]):
+        begin = plan.segments[s, 0]
+        for k in range(plan.segments[s, 1]):
+            row[end + k] = plan.block[begin + k]
+        end += plan.segments[s, 1]
+    n, nv = m.torque.shape[0], m.external.shape[0]
+    for k in range(n):
+        row[end + k], row[end + n + k] = m.torque[k], plan.limited[k]
+    for k in range(nv):
+        row[end + 2 * n + k] = m.external[k]
+    plan.progress[SAMPLES] += 1

@@ -1,0 +1,162 @@
+"""One run in the compiled loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from softhand.assembly.parts import read_start
+from softhand.assembly.resolve import Setup
+from softhand.batch.asked import PERIODS, Asked
+from softhand.batch.keep import Keep
+from softhand.batch.loop import BAD_TORQUE, FAULT, FINGER, LAST, LIMIT, NEXT, SAMPLES, Plan, Senses, run_periods
+from softhand.errors import ControllerError, SimulationStopped
+from softhand.numerics.addressed import addressed
+from softhand.numerics.arrays import AnyArray, Array
+from softhand.plant.plant import Plant
+from softhand.references.reference import desired_of
+from softhand.sensing.groups import parts_of
+from softhand.sensing.sensor import Sensor, Wanted
+from softhand.simulation.faults import HEALTHY, stopped
+from softhand.simulation.pushes import Push, push_table
+from softhand.simulation.simulation import TOTALS, whole_periods
+from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of
+from softhand.steppers.midpoint import Midpoint
+from softhand.steppers.rk4 import RungeKutta4
+from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+
+_KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
+
+
+class Outcome(NamedTuple):
+    """How a run ended."""
+
+    reason: str
+    """`finished`, or one word as in `SimulationStopped.reason`."""
+    time: float
+    """Of the last good sample [s]."""
+    message: str
+    """In a sentence; "" if it is finished."""
+
+
+FINISHED = "finished"
+
+
+class Result(NamedTuple):
+    """What is kept of a run."""
+
+    outcome: Outcome
+    variables: dict[str, AnyArray]
+    """`time` and those that were asked for, shape (samples, ...) each."""
+
+
+def is_compiled(setup: Setup) -> bool:
+    """Whether there is machine code for the stepper; whether there is for the law, only its start tells."""
+    return type(setup.stepper) in _KINDS
+
+
+class CompiledRun:
+    """One run, ready to go; it has all its memory to itself.
+
+    Attributes:
+        law: the control law as compiled code; None if it has none, and then there is no run.
+    """
+
+    def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
+        scenario = setup.scenario
+        self._setup, self._keep, self._asked = setup, keep, asked
+        self._plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
+        self._state = plant.with_supports(setup.grasp.state).copy()
+        self._start = read_start(scenario)
+        self._motion = setup.reference.start(self._start)
+        now = np.zeros(self._motion.now.size + self._motion.twist.size)
+        desired = desired_of(now[: self._motion.now.size].reshape(3, -1), now[self._motion.now.size :].reshape(2, 6))
+        sensor = Sensor(plant, desired)
+        self._observation = sensor.observation
+        now[:] = self._table(0, 0)[0, 1:]
+        observation = sensor.observe(self._state, 0.0)
+        self.law = setup.controller.compiled(observation)
+        plant.at[0] = np.nan
+        for name in TOTALS:
+            plant.contacts[name] = 0
+        if self.law is None:
+            return
+        n, sizes = plant.world.n_joints, observation.known.sizes
+        periods = round(scenario.duration / scenario.control_period)
+        torque, command = np.zeros((2, n))
+        law = self.law.addressed(observation, command)
+        self._mechanics = mechanics_of(plant, self._state, torque)
+        self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
+        self._plan = Plan(
+            kind=_KINDS[type(setup.stepper)],
+            step=setup.stepper.step,
+            steps=round(scenario.control_period / setup.stepper.step),
+            stride=whole_periods(setup.controller, scenario.control_period),
+            every=keep.every,
+            code=law.code,
+            words=law.place,
+            command=command,
+            effort_limit=observation.effort_limit.copy(),
+            limited=np.zeros(n, np.int8),
+            clock=observation.fields.clock,
+            desired=self._table(0, 0),
+            now=now,
+            pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
+            parts=parts_of({*keep.fields, *self.law.reads}),
+            parts_between=parts_of(self.law.reads),
+            segments=keep.segments(sizes),
+            block=sensor.block,
+            rows=np.empty((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
+            Theta=np.full(plant.world.n_tips, np.nan),
+            progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
+        )
+        self._law = law
+
+    def go(self, is_stopped: Callable[[], bool]) -> Result:
+        """Run to the end, or until somebody says stop, which is asked every 500 control periods."""
+        progress, period = self._plan.progress, self._setup.scenario.control_period
+        while progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
+            if is_stopped():
+                return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
+            first = int(progress[NEXT])
+            progress[LIMIT] = first + PERIODS
+            plan = self._plan._replace(desired=self._table(first, min(first + PERIODS - 1, int(progress[LAST]))))
+            addressed(run_periods, self._mechanics, self._senses, plan)()
+        if progress[FAULT] == HEALTHY:
+            return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
+        error = self._stopped()
+        return self._result(Outcome(error.reason, error.time, str(error)))
+
+    def _table(self, first: int, last: int) -> Array:
+        """What is asked for in these control periods."""
+        setup = self._setup
+        return self._asked.rows(
+            setup.reference, self._start, self._motion, setup.scenario.control_period, first, last
+        )
+
+    def _time(self) -> float:
+        """Of the last sample without fault [s]."""
+        return round(max(int(self._plan.progress[NEXT]) - 1, 0) * self._setup.scenario.control_period, 12)
+
+    def _stopped(self) -> SimulationStopped:
+        """The error for what ended the run."""
+        fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
+        if fault != BAD_TORQUE:
+            return stopped(fault, finger, self._plant, self._time())
+        controller, time = self._setup.controller, float(self._plan.clock[0])
+        self._observation.time = time
+        try:  # what the law itself says of such a state
+            controller.torque(self._observation, controller.start(self._observation))
+        except SimulationStopped as error:
+            return error
+        return ControllerError(
+            f"controller '{type(controller).__name__}' returned a torque with NaN or infinity: "
+            f"{self._plan.command.tolist()} N m (at t = {time:g} s).",
+            controller=type(controller).__name__, reason="controller", time=time,
+        )  # fmt: skip
+
+    def _result(self, outcome: Outcome) -> Result:
+        rows = self._plan.rows[: self._plan.progress[SAMPLES]]
+        return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self._plant))
