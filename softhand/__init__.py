@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from softhand.analysis.energy import Ledger, energy_ledger
     from softhand.analysis.summary import Summary, summarize
     from softhand.assembly.build import build, simulate
+    from softhand.batch.rollout import rollout
+    from softhand.batch.runs import Runs
     from softhand.checks.check import check
     from softhand.closed_loop.linearize import LinearModel, linearize
     from softhand.closed_loop.lyapunov import Lyapunov, lyapunov
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
         LawError,
         ModelError,
         RecordingError,
+        RolloutStopped,
         ScenarioError,
         SimulationStopped,
         SofthandError,
@@ -64,6 +67,8 @@ _HOMES = {
     "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
+    "batch.rollout": ("rollout",),
+    "batch.runs": ("Runs",),
     "checks.check": ("check",),
     "closed_loop.linearize": ("LinearModel", "linearize"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
@@ -80,6 +85,7 @@ _HOMES = {
         "LawError",
         "ModelError",
         "RecordingError",
+        "RolloutStopped",
         "ScenarioError",
         "SimulationStopped",
         "SofthandError",

@@ -76,6 +76,13 @@ class SimulationStopped(SofthandError):
     """Of a study, what was finished."""
 
 
+class RolloutStopped(SofthandError):
+    """Many runs were interrupted."""
+
+    runs: Any = None
+    """All that was computed, a `Runs`."""
+
+
 class ControllerError(SimulationStopped):
     """A controller raised, or returned something that is no torque."""
 

@@ -64,7 +64,7 @@ class Keep:
 
     def samples(self, periods: int) -> int:
         """Of a run of so many control periods."""
-        return periods // self.every + 1 + (periods % self.every > 0)
+        return periods // self.every + 1
 
     def segments(self, sizes: Sizes) -> NDArray[np.int64]:
         """Begin and size of each field in the block of an observation, shape (fields, 2)."""

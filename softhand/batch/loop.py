@@ -14,7 +14,7 @@ from softhand.numerics.compiled import compiled
 from softhand.sensing.sensor import Body, Wanted, observe
 from softhand.simulation.asking import limit
 from softhand.simulation.faults import HEALTHY, find_fault
-from softhand.simulation.pushes import add_pushes
+from softhand.simulation.pushes import PushTable, add_pushes
 from softhand.steppers.kernels import advance
 
 NEXT, LIMIT, LAST, FAULT, FINGER, SAMPLES = range(6)
@@ -62,7 +62,7 @@ class Plan(NamedTuple):
     """Rows of time [s] and what is asked for then, one a period of this call, shape (periods, 1 + numbers)."""
     now: Array
     """Room for one of them without its time: what `Senses.wanted` are views of."""
-    pushes: AnyArray
+    pushes: PushTable
     """See `simulation.pushes.push_table`."""
     parts: AnyArray
     """Of an observation that are needed where a sample is recorded, see `sensing.groups`."""
@@ -96,17 +96,17 @@ def run_periods(mechanics, senses, plan):
         time = row[0]
         for i in range(plan.now.shape[0]):
             plan.now[i] = row[1 + i]
-        is_recorded = k % plan.every == 0 or k == progress[LAST]
+        is_recorded = k % plan.every == 0
         _sample(mechanics, senses, plan, plan.parts if is_recorded else plan.parts_between, k, time)
         if progress[FAULT] != HEALTHY:
             return
-        if plan.pushes.shape[0]:
+        if plan.pushes.rows.shape[0]:
             _push(mechanics, plan, time)
         if is_recorded:
             _record(mechanics, plan, time)
         if k < progress[LAST]:
             for i in range(plan.steps):
-                if i and plan.pushes.shape[0]:
+                if i and plan.pushes.rows.shape[0]:
                     rigid_poses(mechanics.tree, mechanics.state.q, mechanics.terms)
                     _push(mechanics, plan, time + i * plan.step)
                 advance(plan.kind, mechanics, plan.step)

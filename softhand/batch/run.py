@@ -61,13 +61,14 @@ class CompiledRun:
     """One run, ready to go; it has all its memory to itself.
 
     Attributes:
+        plant: hand, object and contacts, live.
         law: the control law as compiled code; None if it has none, and then there is no run.
     """
 
     def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
         scenario = setup.scenario
         self._setup, self._keep, self._asked = setup, keep, asked
-        self._plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
+        self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
         self._start = read_start(scenario)
         self._motion = setup.reference.start(self._start)
@@ -132,9 +133,7 @@ class CompiledRun:
     def _table(self, first: int, last: int) -> Array:
         """What is asked for in these control periods."""
         setup = self._setup
-        return self._asked.rows(
-            setup.reference, self._start, self._motion, setup.scenario.control_period, first, last
-        )
+        return self._asked.rows(setup.reference, self._start, self._motion, setup.scenario.control_period, first, last)
 
     def _time(self) -> float:
         """Of the last sample without fault [s]."""
@@ -144,7 +143,7 @@ class CompiledRun:
         """The error for what ended the run."""
         fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
         if fault != BAD_TORQUE:
-            return stopped(fault, finger, self._plant, self._time())
+            return stopped(fault, finger, self.plant, self._time())
         controller, time = self._setup.controller, float(self._plan.clock[0])
         self._observation.time = time
         try:  # what the law itself says of such a state
@@ -159,4 +158,4 @@ class CompiledRun:
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self._plan.rows[: self._plan.progress[SAMPLES]]
-        return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self._plant))
+        return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self.plant))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,8 +40,14 @@ class CompiledSnapshot:
         self.terms = room_for_terms(world.model)
         self.M, self.J, self.nle, self.poses = self.terms
         self._q, self._v = np.zeros(world.model.nq), np.zeros(world.model.nv)
-        self._update = prepared(rigid_terms, self.tree, self._q, self._v, self.terms)
-        self._sense = prepared(rigid_poses, self.tree, self._q, self.terms)
+
+    @cached_property
+    def _update(self) -> Callable[[], Any]:
+        return prepared(rigid_terms, self.tree, self._q, self._v, self.terms)
+
+    @cached_property
+    def _sense(self) -> Callable[[], Any]:
+        return prepared(rigid_poses, self.tree, self._q, self.terms)
 
     def update(self, q: Array, v: Array) -> None:
         """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""

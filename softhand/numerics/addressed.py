@@ -18,7 +18,7 @@ from numba import carray, types
 
 from softhand.numerics.arrays import AnyArray
 from softhand.numerics.compiled import kernel_folder
-from softhand.numerics.prepared import load_text, words_of
+from softhand.numerics.prepared import kind_of, load_text, words_of
 
 
 class Addressed(NamedTuple):
@@ -54,7 +54,7 @@ def addressed(function: Callable[..., Any], *arguments: Any) -> Addressed:
         function: made by `compiled`; what it returns is dropped.
         arguments: all that it takes.
     """
-    kinds = tuple(numba.typeof(argument) for argument in arguments)
+    kinds = tuple(kind_of(argument) for argument in arguments)
     words = np.array([word for argument in arguments for word in words_of(argument)], dtype=np.int64)
     code = _compile(function, kinds)
     return Addressed(code.address, words, (code, *arguments))

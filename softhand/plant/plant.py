@@ -83,9 +83,7 @@ class Plant:
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
-        self.touching = Touch(
-            self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan)
-        )
+        self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan))
         self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.model.nv)
         self._mass = np.zeros((world.model.nv, world.model.nv))

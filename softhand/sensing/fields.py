@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Iterable
+from functools import cache
 from math import prod
 from typing import Any, NamedTuple
 
@@ -121,6 +122,7 @@ Fields: Any = namedtuple("Fields", [*FIELDS, *SPANS])  # type: ignore[misc]
 """A view for each field."""
 
 
+@cache
 def shapes(sizes: Sizes) -> dict[str, tuple[int, ...]]:
     """The shape of each field."""
     counts = sizes._asdict()
@@ -159,6 +161,7 @@ def pick(record: type[Any], views: Any, **renamed: str) -> Any:
     return record(*(getattr(views, renamed.get(name, name)) for name in record._fields))
 
 
+@cache
 def beginnings(sizes: Sizes) -> dict[str, int]:
     """Where each field begins in the block."""
     ends = np.cumsum([prod(shape) for shape in shapes(sizes).values()])

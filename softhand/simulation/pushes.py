@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,25 +59,25 @@ class Pushes:
     def __init__(self, plant: Plant, schedule: Sequence[Push] = ()) -> None:
         self._plant = plant
         self._schedule = push_table(plant, schedule)
-        self._now = self._schedule[:0]
+        self._now = push_table(plant, ())
         self.are_any = bool(len(schedule))
 
     def add(self, push: Push) -> None:
         """Another push, which `clear` ends."""
-        self._now = np.concatenate([self._now, push_table(self._plant, [push])])
+        self._now = PushTable(*map(np.concatenate, zip(self._now, push_table(self._plant, [push]), strict=True)))
         self.are_any = True
 
     def clear(self) -> None:
         """End the pushes that were added."""
-        self._now = self._schedule[:0]
-        self.are_any = bool(len(self._schedule))
+        self._now = push_table(self._plant, ())
+        self.are_any = bool(len(self._schedule.rows))
 
     def apply(self, time: float, q: Array) -> None:
         """Set the generalized force of the step that begins at a time [s], at a configuration, shape (nq,)."""
         external, snapshot = self._plant.external, self._plant.snapshot
         external[:] = 0.0
-        begins = self._schedule["start"]
-        if len(self._now) or np.any((begins <= time + ROUNDING) & (time + ROUNDING < self._schedule["end"])):
+        begins, ends = self._schedule.rows["start"], self._schedule.rows["end"]
+        if len(self._now.rows) or np.any((begins <= time + ROUNDING) & (time + ROUNDING < ends)):
             snapshot.sense(q)
             for pushes in (self._schedule, self._now):
                 add_pushes(pushes, time, snapshot.poses, snapshot.J, external)
@@ -86,18 +87,38 @@ ROUNDING = 1e-9
 """Of times [s]."""
 
 
-def push_table(plant: Plant, pushes: Sequence[Push]) -> NDArray[np.void]:
+PUSH = np.dtype(
+    [
+        ("joint", np.int64),  # that carries the body
+        ("force", np.float64, 3),  # world axes [N]
+        ("moment", np.float64, 3),  # world axes [N m]
+        ("point", np.float64, 3),  # where the force acts, in the frame of the joint [m]
+        ("start", np.float64),  # [s]
+        ("end", np.float64),  # [s]
+    ]
+)
+"""One push."""
+
+
+class PushTable(NamedTuple):
+    """Pushes as kernels take them."""
+
+    rows: NDArray[np.void]
+    """Table `PUSH`, shape (pushes,)."""
+    moves: NDArray[np.int64]
+    """1 at the velocities that move the body, shape (pushes, nv)."""
+
+
+def push_table(plant: Plant, pushes: Sequence[Push]) -> PushTable:
     """Pushes as a table for `add_pushes`.
 
     Raises:
         ModelError: a push is on a link that the hand does not have.
         ScenarioError: its numbers make no push.
     """
-    world, vector = plant.world, (np.float64, 3)
-    fields = [("joint", np.int64), *((name, *vector) for name in ("force", "moment", "point")), ("start", np.float64),
-              ("end", np.float64), ("moves", np.int64, world.model.nv)]  # fmt: skip
-    table = np.zeros(len(pushes), np.dtype(fields))
-    for row, push in zip(table, pushes, strict=True):
+    world = plant.world
+    table = PushTable(np.zeros(len(pushes), PUSH), np.zeros((len(pushes), world.model.nv), np.int64))
+    for row, moves, push in zip(*table, pushes, strict=True):
         _check(push)
         row["joint"], row["point"] = world.object_joint, push.point
         if push.on != OBJECT:
@@ -107,7 +128,7 @@ def push_table(plant: Plant, pushes: Sequence[Push]) -> NDArray[np.void]:
         row["start"], row["end"] = push.start, push.start + push.duration
         for index in list(world.model.supports[int(row["joint"])])[1:]:
             joint = world.model.joints[index]
-            row["moves"][joint.idx_v : joint.idx_v + joint.nv] = 1
+            moves[joint.idx_v : joint.idx_v + joint.nv] = 1
     return table
 
 
@@ -122,8 +143,8 @@ def add_pushes(pushes, time, poses, J, external):
         J: `Snapshot.J`, shape (6, nv).
         external: shape (nv,).
     """
-    for i in range(pushes.shape[0]):
-        push = pushes[i]
+    for i in range(pushes.rows.shape[0]):
+        push = pushes.rows[i]
         if not push.start <= time + ROUNDING < push.end:
             continue
         pose, p, f, m = poses[push.joint], push.point, push.force, push.moment
@@ -132,7 +153,7 @@ def add_pushes(pushes, time, poses, J, external):
         z = pose[11] + pose[2] * p[0] + pose[5] * p[1] + pose[8] * p[2]
         mx, my, mz = m[0] + y * f[2] - z * f[1], m[1] + z * f[0] - x * f[2], m[2] + x * f[1] - y * f[0]
         for k in range(external.shape[0]):
-            if push.moves[k]:
+            if pushes.moves[i, k]:
                 external[k] += J[0, k] * f[0] + J[1, k] * f[1] + J[2, k] * f[2]
                 external[k] += J[3, k] * mx + J[4, k] * my + J[5, k] * mz
 
