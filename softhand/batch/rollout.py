@@ -48,7 +48,7 @@ def rollout(
     """Run a scenario many times, each time with other values, in the compiled loop without Python.
 
         rng = np.random.default_rng(0)
-        runs = softhand.rollout("target-a", {"mass": rng.uniform(0.1, 0.3, 500), "c": rng.uniform(1e3, 4e3, 500)})
+        runs = softhand.rollout("target-a", {"mass": rng.uniform(0.1, 0.3, 500), "k_r": rng.uniform(3e5, 4e5, 500)})
         runs.finished.mean(), runs.object_position[:, -1]
 
     A run is the same alone and in any company, to the last bit. Controllers that have compiled code, see
