@@ -205,8 +205,12 @@ def _from_netcdf(path: Path) -> Runs:
         )
 
 
-def together(parts: Sequence[Mapping[str, AnyArray]], labels: Sequence[Mapping[str, tuple[str, ...]]], names: Sequence[str],
-             time: Array) -> tuple[dict[str, Array], dict[str, tuple[str, ...]]]:  # fmt: skip
+def together(
+    parts: Sequence[Mapping[str, AnyArray]],
+    labels: Sequence[Mapping[str, tuple[str, ...]]],
+    names: Sequence[str],
+    time: Array,
+) -> tuple[dict[str, Array], dict[str, tuple[str, ...]]]:
     """The variables of many runs in one array each, by the labels of all of them together.
 
     Args:
