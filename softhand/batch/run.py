@@ -102,7 +102,7 @@ class CompiledRun:
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
             clock=observation.fields.clock,
-            desired=self._table(0, 0),
+            desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
             pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
             parts=parts_of({*keep.fields, *self.law.reads}),
@@ -114,6 +114,14 @@ class CompiledRun:
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
         )
         self._law = law
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+
+    def hold(self, torque: Array) -> None:
+        """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
+        self._mechanics.torque[:] = torque
+        kept = parts_of(self._keep.fields)
+        self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
         """Run to the end, or until somebody says stop, which is asked every 500 control periods."""
@@ -123,8 +131,9 @@ class CompiledRun:
                 return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
             first = int(progress[NEXT])
             progress[LIMIT] = first + PERIODS
-            plan = self._plan._replace(desired=self._table(first, min(first + PERIODS - 1, int(progress[LAST]))))
-            addressed(run_periods, self._mechanics, self._senses, plan)()
+            rows = self._table(first, min(first + PERIODS - 1, int(progress[LAST])))
+            self._plan.desired[: len(rows)] = rows
+            self._periods()
         if progress[FAULT] == HEALTHY:
             return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
         error = self._stopped()
