@@ -31,7 +31,7 @@ PUSHED = {
 
 def both(scenario: str, values: dict[str, Any]) -> tuple[Result, Recording]:
     """The same run in the compiled loop and through Python."""
-    setup = resolve(load_scenario(scenario, {"duration": 0.06, **values}))
+    setup = resolve(load_scenario(scenario, {"duration": 0.06, "stepper.terms": "compiled", **values}))
     period = setup.scenario.control_period
     run = CompiledRun(setup, Keep.of(EVERYTHING, period, period), Asked())
     assert run.law is not None
@@ -47,7 +47,7 @@ def both(scenario: str, values: dict[str, Any]) -> tuple[Result, Recording]:
 @pytest.mark.parametrize(
     ("scenario", "values"),
     [
-        ("target-a", {"duration": 1.2}),  # three calls of the loop
+        ("target-a", {"duration": 1.2, "stepper.terms": "pinocchio"}),  # three calls of the loop
         ("target-a", {"stepper.name": "rk4"}),
         ("target-a", {"stepper.name": "semi-implicit-euler", "stepper.step": 0.0005}),
         ("target-a", {**SLIP, **STEP}),

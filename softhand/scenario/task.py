@@ -109,4 +109,4 @@ class StepperSection(OpenSettings):
     step: Positive = 0.001
     """Time step, a whole number of which makes a control period [s]."""
     terms: Literal["pinocchio", "compiled"] = "pinocchio"
-    """What gives mass matrix, velocity terms and poses: Pinocchio, or a kernel of softhand tested against it."""
+    """What gives mass matrix, velocity terms and poses: Pinocchio, or a kernel of softhand, which is faster."""
