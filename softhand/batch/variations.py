@@ -43,7 +43,7 @@ def tables_of(scenario: Scenario, variations: Variations) -> list[dict[str, Any]
 
 
 def _is_column(key: str, column: Any) -> bool:
-    if isinstance(column, str) or (np.ndim(column) == 0 and not isinstance(column, Sequence)):
+    if isinstance(column, str) or not hasattr(column, "__len__"):
         raise ScenarioError(
             f"variations: {key} is {column!r}; give a list of values, one a run. What all runs share goes into the "
             "scenario.",
