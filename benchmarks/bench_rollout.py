@@ -40,7 +40,7 @@ from rich.table import Table
 import softhand
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import Asked
-from softhand.batch.keep import Keep
+from softhand.simulation.keep import Keep
 from softhand.batch.run import CompiledRun
 
 PERIOD = 0.001  # [s]

@@ -12,9 +12,9 @@ from softhand import Recording, SimulationStopped, load_scenario
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import PERIODS, Asked
-from softhand.batch.keep import Keep
 from softhand.batch.run import CompiledRun, Result
 from softhand.recording.variables import VARIABLES
+from softhand.simulation.keep import Keep
 
 EVERYTHING = tuple(name for name in VARIABLES if name != "time")
 SLIP = {"fingertip.contact": "coulomb", "fingertip.friction": 0.42, "fingertip.static_friction": 0.5}

@@ -96,7 +96,7 @@ def test_a_run_that_ends_early_keeps_its_samples_and_disturbs_no_other() -> None
     """NaN behind its end, its reason with it; so does one that cannot begin."""
     long = SHORT.with_values({"duration": 0.4})
     runs = rollout(long, {"controller.K_v": [0.005, 5.0, 0.005], "friction": [0.8, 0.8, 0.1]}, every=0.001)
-    assert [outcome.reason for outcome in runs.outcomes][0] == "finished"
+    assert runs.outcomes[0].reason == "finished"
     lost, impossible = runs.outcomes[1:]
     assert lost.reason not in ("finished", "grasp") and 0.0 < lost.time < 0.4 and lost.message
     ended = round(1e3 * lost.time)

@@ -14,7 +14,6 @@ import numpy as np
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.batch.asked import Asked
-from softhand.batch.keep import Keep
 from softhand.batch.memory import must_fit
 from softhand.batch.run import FINISHED, CompiledRun, Outcome, is_compiled
 from softhand.batch.runs import Runs, together
@@ -25,6 +24,7 @@ from softhand.laws.law import Law
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.variables import VARIABLES
 from softhand.scenario.scenario import Scenario, as_scenario
+from softhand.simulation.keep import Keep
 from softhand.simulation.samples import labels_of
 from softhand.version import __version__
 

@@ -110,6 +110,8 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
     from softhand.simulation.interrupts import interrupts_held
 
     simulation = build(scenario)
+    is_whole = scenario.record.variables is None
+    plot &= is_whole
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
@@ -127,8 +129,10 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         folder, files = _save(recording, folder, plot)
     if held.came:
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
-    if not quiet:
+    if not quiet and is_whole:
         _print_summary(recording, simulation, folder, files)
+    elif not quiet:  # what the summary and the figure show is not all there
+        console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
 
 
 def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:

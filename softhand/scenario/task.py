@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from softhand.errors import ScenarioError
+from softhand.recording.variables import VARIABLES
 from softhand.references.legs import OrientationPath
 from softhand.references.waypoint import Waypoint
 from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
-from softhand.settings.wording import describe, nearest, show
+from softhand.settings.wording import choices, describe, nearest, show
 
 
 class GraspSection(Settings):
@@ -99,6 +100,24 @@ class PushSection(Settings):
     """When it begins [s]."""
     duration: Positive
     """How long it lasts [s]."""
+
+
+class RecordSection(Settings):
+    """What is recorded of a run."""
+
+    every: Positive | None = None
+    """Time between two samples, a whole number of control periods [s]; each control period if not given. The last
+    sample of a run is always recorded."""
+    variables: tuple[str, ...] | None = None
+    """Names of the variables; all if not given."""
+
+    @field_validator("variables")
+    @classmethod
+    def _are_variables(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for name in names or ():
+            if name not in VARIABLES:
+                raise ValueError(f"{show(name)} is no variable of a recording. {choices(name, list(VARIABLES))}")
+        return names
 
 
 class StepperSection(OpenSettings):
