@@ -40,8 +40,8 @@ from rich.table import Table
 import softhand
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import Asked
-from softhand.simulation.keep import Keep
 from softhand.batch.run import CompiledRun
+from softhand.simulation.keep import Keep
 
 PERIOD = 0.001  # [s]
 ROUND = 250  # periods
