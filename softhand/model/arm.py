@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
+from softhand.model.chain import reach
 from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root, nearest_root
@@ -21,11 +22,13 @@ class Arm:
 
     Attributes:
         q: configuration of the last `move`, shape (nq,).
+        limits: lower and upper limit of each joint [rad or m], shape (2, n).
     """
 
     def __init__(self, world: World) -> None:
         self.world = world
         self.q = pin.neutral(world.model)
+        self.limits = np.array(world.position_limits)
         self._data = world.model.createData()
 
     def move(self, angles: Array) -> None:
@@ -67,8 +70,16 @@ class Arm:
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
+        limits, hope = self.limits, angles if wish is None else wish
+        gap = float(reach(self.world.chains[index], target, angles, hope, wish is not None, limits, REACHED))
+        if gap <= REACHED:
+            return gap
+        return self.reach_anyhow(index, target, angles, wish)
+
+    def reach_anyhow(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
+        """As `reach`, without haste: where Newton's iteration fails, a trust region from other starts."""
         columns = self.own_columns(index)
-        lower, upper = (limit[columns] for limit in self.world.position_limits)
+        lower, upper = (limit[columns] for limit in self.limits)
         trial = angles.copy()
 
         def miss(values: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softhand.errors import ModelError
 from softhand.model.body import ObjectModel
+from softhand.model.chain import Chain, read_chain
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
@@ -121,14 +123,13 @@ class World:
     def position_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper limit of each joint [rad or m], infinite for continuous ones, each of shape (n,)."""
         lower, upper = np.full(self.n_joints, -np.inf), np.full(self.n_joints, np.inf)
-        for kind, i, j in self.joints[:-1]:
-            if kind == ADDITIVE:
-                lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
+        _, i, j = self.joints[:-1][self.joints[:-1, 0] == ADDITIVE].T
+        lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
         return lower, upper
 
     def set_joint_position(self, angles: NDArray[np.float64], q: NDArray[np.float64]) -> None:
         """Write joint angles [rad or m], shape (n,), into a configuration of the model, shape (nq,)."""
-        for kind, i, j in self.joints[:-1]:
+        for kind, i, j in self._rows:
             if kind == CONTINUOUS:
                 q[i : i + 2] = np.cos(angles[j]), np.sin(angles[j])
             else:
@@ -147,12 +148,24 @@ class World:
         q[-POSE_SIZE:-QUATERNION_SIZE] = position
         q[-QUATERNION_SIZE:] = pin.Quaternion(rotation).coeffs()
 
-    @property
+    @cached_property
+    def _rows(self) -> list[list[int]]:
+        rows: list[list[int]] = self.joints[:-1].tolist()
+        return rows
+
+    @cached_property
     def joints(self) -> NDArray[np.int64]:
         """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
         kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
         rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(self.model.joints)[1:]]
         return np.array(rows, dtype=np.int64)
+
+    @cached_property
+    def chains(self) -> tuple[Chain, ...]:
+        """The joints that carry each tip, for kernels."""
+        own = [own_columns(self, index) for index in range(self.n_tips)]
+        tips = zip(self.tips, own, strict=True)
+        return tuple(read_chain(self.model, tip.joint, tip.rotation, tip.position, columns) for tip, columns in tips)
 
     @property
     def bodies(self) -> NDArray[np.void]:

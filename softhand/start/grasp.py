@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip, memory_size
-from softhand.errors import GraspError
-from softhand.model.arm import Arm
+from softhand.errors import GraspError, LawError
+from softhand.laws.law import CompiledLaw, Law, compile_law
+from softhand.model.arm import REACHED, Arm
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
-from softhand.start.press import APEX, RIM, deform_tip
+from softhand.start.answering import APEX, RIM, formula_of
+from softhand.start.press import deform_tip
 from softhand.start.reach import initial_joints, millimetres, reach_point
+from softhand.start.settle import SETTLED, TURNS, WISHES, Settled, settle
 from softhand.start.statics import check_friction, check_torques, contact_forces
 
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
-_WISHES = 4  # turns of the start solver in which a redundant finger seeks the guess
 
 
 @dataclass(frozen=True)
@@ -111,11 +114,12 @@ def solve_grasp(
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
-    for i in range(nc):
-        frame = rotation @ np.column_stack([fingertips[i].face.tangent, -fingertips[i].face.normal])
-        deformation[i], contact_angles[i], contact_force[i], law_force[i] = _settle(
-            arm, i, fingertips[i], points[i], frame, forces[i], angles
-        )
+    code = _compiled_laws(fingertips)
+    for i, fingertip in enumerate(fingertips):
+        frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
+        settled = Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i])
+        if not _settle_at_once(arm, i, fingertip, code, points[i], frame, forces[i], angles, settled):
+            _settle(arm, i, fingertip, points[i], frame, forces[i], angles, settled)
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()
@@ -130,9 +134,34 @@ def solve_grasp(
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 
+def _compiled_laws(fingertips: Sequence[Fingertip]) -> dict[Law, CompiledLaw]:
+    """Machine code of the laws; without those that cannot be compiled, which is told where they are to be."""
+    code = {}
+    for law in {fingertip.law for fingertip in fingertips}:
+        with suppress(LawError):
+            code[law] = compile_law(law)
+    return code
+
+
+def _settle_at_once(
+    arm: Arm, index: int, fingertip: Fingertip, code: dict[Law, CompiledLaw], point: Array, frame: Array, force: Array,
+    angles: Array, settled: Settled,
+) -> bool:  # fmt: skip
+    """`_settle` in a kernel; False, with nothing set, if that does not find it."""
+    law, chain = fingertip.law, arm.world.chains[index]
+    if law not in code or not chain.kinds[:, 2].any():
+        return False
+    trial, formula, relaxed = angles.copy(), formula_of(law, code[law]), fingertip.damping.relaxed()
+    if not settle(chain, formula, point, frame, force, relaxed, arm.limits, REACHED, trial, settled):
+        return False
+    angles[:] = trial
+    return True
+
+
 def _settle(
-    arm: Arm, index: int, fingertip: Fingertip, point: Array, frame: Array, force: Array, angles: Array
-) -> tuple[Array, Array, Array, Array]:
+    arm: Arm, index: int, fingertip: Fingertip, point: Array, frame: Array, force: Array, angles: Array,
+    settled: Settled,
+) -> None:  # fmt: skip
     """Deformation, (Theta, Phi), contact force and force of the law of one finger; sets its joints in `angles`.
 
     `frame` has as columns the tangent and the inward normal of the face in the world.
@@ -141,9 +170,8 @@ def _settle(
     is_surface = law.coordinates == "surface"
     tangent, z_C = frame.T
     deformation = np.zeros(4)
-    for attempt in range(50):
-        # after a few of them the depth is all but found, and the finger only follows it to the last digit
-        wish = guess if attempt < _WISHES else None
+    for turn in range(TURNS):
+        wish = guess if turn < WISHES else None
         reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
         _, axes = arm.tip(index)
         u = axes.T @ z_C
@@ -162,6 +190,7 @@ def _settle(
         wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
         previous = deformation
         deformation = deform_tip(name, law, Phi, bearing, wanted / fingertip.damping.relaxed())
-        if np.max(np.abs(deformation - previous)) < 1e-14:
+        if np.max(np.abs(deformation - previous)) < SETTLED:
             break
-    return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
+    settled.deformation[:], settled.angles[:], settled.contact_force[:] = deformation, (Theta, Phi), wanted
+    settled.law_force[:] = law(deformation, Phi, bearing)
