@@ -59,7 +59,7 @@ class Arm:
 
         Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones. A
         finger of more than three joints reaches a point in many ways; the one nearest to `wish` is taken, each joint
-        measured by its range.
+        measured by its range. The arm is left at the angles that are returned.
 
         Args:
             index: of the tip.
@@ -72,9 +72,10 @@ class Arm:
         """
         limits, hope = self.limits, angles if wish is None else wish
         gap = float(reach(self.world.chains[index], target, angles, hope, wish is not None, limits, REACHED))
-        if gap <= REACHED:
-            return gap
-        return self.reach_anyhow(index, target, angles, wish)
+        if gap > REACHED:
+            gap = self.reach_anyhow(index, target, angles, wish)
+        self.move(angles)
+        return gap
 
     def reach_anyhow(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
         """As `reach`, without haste: where Newton's iteration fails, a trust region from other starts."""

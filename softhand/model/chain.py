@@ -33,7 +33,7 @@ class Chain(NamedTuple):
     axes: Array
     """Of each joint, in its own frame, shape (joints, 3)."""
     places: Array
-    """Of each joint frame at zero in that of the joint before: rotation row by row, position [m]; shape (joints, 12)."""
+    """Of each joint frame at zero in the one before: rotation row by row, position [m], shape (joints, 12)."""
     tip: Array
     """Of F in the frame of the last joint, likewise, shape (12,)."""
 
@@ -117,10 +117,10 @@ def reach(chain, target, angles, wish, is_wished, limits, tolerance):
 
 @compiled
 def _is_within(angles, own, limits):
-    for k in range(own.shape[0]):
-        if not limits[0, own[k]] <= angles[own[k]] <= limits[1, own[k]]:
-            return False
-    return True
+    within = True
+    for k in own:
+        within &= limits[0, k] <= angles[k] <= limits[1, k]
+    return within
 
 
 @compiled

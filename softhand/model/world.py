@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -20,6 +21,7 @@ from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape
+from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
@@ -199,13 +201,33 @@ def load_world(hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0
     Raises:
         ModelError: a tip is no frame of the hand, or the object has no usable shape.
     """
-    fingers, (flyer, shape) = hand.build(), body.build()
-    tips = tuple(_find_tip(fingers, name, hand.urdf.file) for name in hand.tips)
-    names = tuple(fingers.names)[1:]
-    _make_names_distinct(fingers, flyer)
-    model = pin.appendModel(fingers, flyer, 0, pin.SE3.Identity())
+    fused = _fuse(hand.urdf, hand.tips, body.urdf)
+    model = pin.Model(fused.model)
+    hand.limit_efforts(model)
+    body.weigh(model)
     model.gravity.linear = np.asarray(gravity, dtype=float)
-    return World(model, tips, shape, names, hand.urdf, body.urdf)
+    return World(model, fused.tips, body.shape(fused.flyer), fused.joint_names, hand.urdf, body.urdf)
+
+
+class _Fused(NamedTuple):
+    """What hand and object have in common with all worlds of the same two; copied, never changed."""
+
+    model: pin.Model
+    flyer: pin.Model
+    """Of the object alone."""
+    tips: tuple[Tip, ...]
+    joint_names: tuple[str, ...]
+
+
+@lru_cache(maxsize=8)
+def _fuse(hand: Urdf, tips: tuple[str, ...], body: Urdf) -> _Fused:
+    """Hand and object in one model; kept for each two, as reading them takes longer than copying."""
+    fingers, flyer = build_model(hand), build_model(body)
+    places = tuple(_find_tip(fingers, name, hand.file) for name in tips)
+    names = tuple(fingers.names)[1:]
+    renamed = pin.Model(flyer)
+    _make_names_distinct(fingers, renamed)
+    return _Fused(pin.appendModel(fingers, renamed, 0, pin.SE3.Identity()), flyer, places, names)
 
 
 def own_columns(world: World, index: int) -> list[int]:
