@@ -58,6 +58,10 @@ class World:
     shape: Shape
     """Of the object."""
     joint_names: tuple[str, ...]
+    joints: NDArray[np.int64]
+    """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
+    chains: tuple[Chain, ...]
+    """The joints that carry each tip, for kernels."""
     hand: Urdf
     """With its mount and the tips that were placed."""
     object: Urdf
@@ -155,20 +159,6 @@ class World:
         rows: list[list[int]] = self.joints[:-1].tolist()
         return rows
 
-    @cached_property
-    def joints(self) -> NDArray[np.int64]:
-        """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
-        kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
-        rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(self.model.joints)[1:]]
-        return np.array(rows, dtype=np.int64)
-
-    @cached_property
-    def chains(self) -> tuple[Chain, ...]:
-        """The joints that carry each tip, for kernels."""
-        own = [own_columns(self, index) for index in range(self.n_tips)]
-        tips = zip(self.tips, own, strict=True)
-        return tuple(read_chain(self.model, tip.joint, tip.rotation, tip.position, columns) for tip, columns in tips)
-
     @property
     def bodies(self) -> NDArray[np.void]:
         """What each joint carries, table `gravity.BODY`."""
@@ -190,13 +180,16 @@ class World:
         return first
 
 
-def load_world(hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0.0, 0.0, -9.81)) -> World:
+def load_world(
+    hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0.0, 0.0, -9.81), shape: Shape | None = None
+) -> World:
     """Hand and object appended into one model.
 
     Args:
         hand: where it stands, with its tips.
         body: the object.
         gravity: in the world frame [m/s^2].
+        shape: of the object, if it is known from another world of the same object.
 
     Raises:
         ModelError: a tip is no frame of the hand, or the object has no usable shape.
@@ -206,7 +199,8 @@ def load_world(hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0
     hand.limit_efforts(model)
     body.weigh(model)
     model.gravity.linear = np.asarray(gravity, dtype=float)
-    return World(model, fused.tips, body.shape(fused.flyer), fused.joint_names, hand.urdf, body.urdf)
+    shape = shape or body.shape(fused.flyer)
+    return World(model, fused.tips, shape, fused.joint_names, fused.joints, fused.chains, hand.urdf, body.urdf)
 
 
 class _Fused(NamedTuple):
@@ -217,6 +211,8 @@ class _Fused(NamedTuple):
     """Of the object alone."""
     tips: tuple[Tip, ...]
     joint_names: tuple[str, ...]
+    joints: NDArray[np.int64]
+    chains: tuple[Chain, ...]
 
 
 @lru_cache(maxsize=8)
@@ -227,13 +223,29 @@ def _fuse(hand: Urdf, tips: tuple[str, ...], body: Urdf) -> _Fused:
     names = tuple(fingers.names)[1:]
     renamed = pin.Model(flyer)
     _make_names_distinct(fingers, renamed)
-    return _Fused(pin.appendModel(fingers, renamed, 0, pin.SE3.Identity()), flyer, places, names)
+    model = pin.appendModel(fingers, renamed, 0, pin.SE3.Identity())
+    chains = tuple(
+        read_chain(model, tip.joint, tip.rotation, tip.position, _own_columns(places, index))
+        for index, tip in enumerate(places)
+    )
+    return _Fused(model, flyer, places, names, _list_joints(model), chains)
+
+
+def _list_joints(model: pin.Model) -> NDArray[np.int64]:
+    """As `World.joints`."""
+    kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
+    rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(model.joints)[1:]]
+    return np.array(rows, dtype=np.int64)
 
 
 def own_columns(world: World, index: int) -> list[int]:
     """Velocity indices of the joints that move only this tip."""
-    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
-    return [column for column in world.tips[index].columns if column not in shared]
+    return _own_columns(world.tips, index)
+
+
+def _own_columns(tips: Sequence[Tip], index: int) -> list[int]:
+    shared = {column for k, tip in enumerate(tips) if k != index for column in tip.columns}
+    return [column for column in tips[index].columns if column not in shared]
 
 
 def slides_of(world: World) -> NDArray[np.bool_]:
