@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.chain import reach
+from softhand.model.chain import POINT, Chain, reach
+from softhand.model.nearest import draw_near
 from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root, nearest_root
 
 REACHED = 1e-9  # [m]
 _STARTS = 12
-_POINT = 3  # coordinates of a point
 
 
 class Arm:
@@ -70,12 +70,18 @@ class Arm:
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
-        limits, hope = self.limits, angles if wish is None else wish
-        gap = float(reach(self.world.chains[index], target, angles, hope, wish is not None, limits, REACHED))
-        if gap > REACHED:
+        chain, trial = self.world.chains[index], angles.copy()
+        gap = float(reach(chain, target, trial, self.limits, REACHED))
+        if gap <= REACHED and (wish is None or self._draw_near(chain, target, trial, wish)):
+            angles[:] = trial
+        else:
             gap = self.reach_anyhow(index, target, angles, wish)
         self.move(angles)
         return gap
+
+    def _draw_near(self, chain: Chain, target: Array, angles: Array, wish: Array) -> bool:
+        is_redundant = np.count_nonzero(chain.kinds[:, 2]) > POINT
+        return not is_redundant or bool(draw_near(chain, target, angles, wish, self.limits, REACHED))
 
     def reach_anyhow(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
         """As `reach`, without haste: where Newton's iteration fails, a trust region from other starts."""
@@ -95,7 +101,7 @@ class Arm:
         within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
         others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
         values, gap = find_root(miss, slope, [angles[columns], *others], lower, upper, REACHED)
-        if gap <= REACHED and wish is not None and len(columns) > _POINT:
+        if gap <= REACHED and wish is not None and len(columns) > POINT:
             values = nearest_root(miss, slope, values, wish[columns], lower, upper, REACHED)
         if gap <= REACHED:
             angles[columns] = values

@@ -50,7 +50,9 @@ class HandModel:
             ModelError: the file cannot be used, or a tip has no link to sit on.
         """
         bare = Urdf.read(file, replace(HAND, effort_counts=effort_limit is None))
-        places = [replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)]
+        places = [
+            replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
+        ]
         urdf = _placed(bare, _numbers(position), _numbers(rpy), tuple(places))
         return cls(urdf, tuple(tip if isinstance(tip, str) else tip.name for tip in tips), effort_limit)
 

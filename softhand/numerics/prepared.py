@@ -94,19 +94,24 @@ def _try(matrix, number):
     return matrix[1, 2] + number
 
 
-_kinds: dict[tuple[Any, ...], tuple[Any, Kind]] = {}  # of tables by their dtype, which is kept with them
+_KEPT = 512
+_kinds: dict[tuple[Any, ...], tuple[Any, Kind]] = {}  # of arrays, with their dtypes, which are known by identity
 
 
 def _kind_of(argument: Any) -> Kind:
-    """numba.typeof, which works out the type of a table anew at each call; that takes a third of a millisecond."""
+    """numba.typeof, which works out the type of an array anew at each call; a table takes a third of a millisecond."""
     if isinstance(argument, tuple):
         return numba.types.BaseTuple.from_types([_kind_of(item) for item in argument], type(argument))
-    if not isinstance(argument, np.ndarray) or argument.dtype.names is None:
+    if not isinstance(argument, np.ndarray):
         return numba.typeof(argument)
-    key = id(argument.dtype), argument.ndim, *(argument.flags[flag] for flag in ("C", "F", "W", "A"))
-    if key not in _kinds:
-        _kinds[key] = argument.dtype, numba.typeof(argument)
-    return _kinds[key][1]
+    flags = argument.flags
+    key = id(argument.dtype), argument.ndim, flags.c_contiguous, flags.f_contiguous, flags.writeable, flags.aligned
+    known = _kinds.get(key)
+    if known is None:
+        if len(_kinds) >= _KEPT:
+            _kinds.clear()
+        known = _kinds[key] = argument.dtype, numba.typeof(argument)
+    return known[1]
 
 
 def _words(argument: Any) -> Iterator[int]:

@@ -12,6 +12,7 @@ from softhand.laws.law import LEADING, CompiledLaw, Law
 from softhand.model.chain import ITERATIONS, LONGEST
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
+from softhand.numerics.elimination import eliminate
 
 ANSWERED = 1e-9
 """What may be left of the force, as a share of it."""
@@ -27,8 +28,6 @@ SHALLOWEST, DEEPER, DEEPEST = 1e-3, 1.05, 0.9
 
 LEAST_DEPTH, MOST_DEPTH, MOST_SHEAR, MOST_TORSION = 1e-6, 0.95, 1.5, 3.0
 """Bounds of a deformation: dr and shear in radii, angles in [rad]."""
-
-_SINGULAR = 1e-10  # share of the largest coefficient
 
 
 class Formula(NamedTuple):
@@ -83,7 +82,7 @@ def answer_force(formula, Phi, bearing, wanted, deformation, force):
             break
         left = now
         _slope(formula, radius, Phi, wanted, size, lengths, derivatives, slope)
-        if not _eliminate(slope, excess):
+        if not eliminate(slope, excess, 4):
             return False
         longest = max(abs(excess[0]), abs(excess[1]), abs(excess[2]), abs(excess[3]))
         if not longest >= 1e-16:
@@ -159,32 +158,3 @@ def _slope(formula, radius, Phi, wanted, size, lengths, derivatives, slope):
     for i in range(4):
         for j in range(4):
             slope[i, j] = derivatives[4 * i + j] * lengths[j] * lengths[i] / (radius * size)
-
-
-@compiled
-def _eliminate(A, b):
-    """b = A^-1 b, with the largest pivot of each column; False if A is singular. A is lost."""
-    n, largest = b.shape[0], 0.0
-    for i in range(n):
-        for j in range(n):
-            largest = max(largest, abs(A[i, j]))
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(A[i, k]) > abs(A[best, k]):
-                best = i
-        if not abs(A[best, k]) > _SINGULAR * largest:
-            return False
-        for j in range(n):
-            A[k, j], A[best, j] = A[best, j], A[k, j]
-        b[k], b[best] = b[best], b[k]
-        for i in range(k + 1, n):
-            share = A[i, k] / A[k, k]
-            for j in range(k, n):
-                A[i, j] -= share * A[k, j]
-            b[i] -= share * b[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            b[k] -= A[k, j] * b[j]
-        b[k] /= A[k, k]
-    return True

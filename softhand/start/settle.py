@@ -12,9 +12,8 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.start.answering import APEX, RIM, answer_force
 
-TURNS, WISHES = 50, 4
-"""Most turns, and those in which a redundant finger seeks the guess: then the depth is all but found, and the finger
-only follows it to the last digit."""
+TURNS = 50
+"""Most turns."""
 
 SETTLED = 1e-14
 """Change of the deformation in the last turn [m, rad]."""
@@ -35,10 +34,10 @@ class Settled(NamedTuple):
 
 @compiled
 def settle(chain, formula, point, frame, force, relaxed, limits, tolerance, joints, settled):
-    """The grasp of one finger, as `grasp._settle` finds it, by Newton's iteration alone.
+    """The grasp of one finger, as `finger.settle_finger` finds it, by Newton's iteration alone.
 
     Args:
-        chain: of the finger, with one joint or more that moves it alone.
+        chain: of the finger, with one to three joints that move it alone.
         formula: of its law.
         point: of contact, in the world [m], shape (3,).
         frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
@@ -54,23 +53,21 @@ def settle(chain, formula, point, frame, force, relaxed, limits, tolerance, join
     """
     deformation, wanted = settled.deformation, settled.contact_force
     radius = formula.arguments[6 if formula.is_surface else 5]
-    guess, target, tip, axes = np.empty(joints.shape[0]), np.empty(3), np.empty(3), np.empty((3, 3))
-    J, before, asked = np.empty((3, chain.kinds.shape[0])), np.empty(4), np.empty(4)
-    for k in range(joints.shape[0]):
-        guess[k] = joints[k]
+    target, tip, axes, J = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, chain.kinds.shape[0]))
+    before, asked = np.empty(4), np.empty(4)
     for k in range(4):
         deformation[k] = 0.0
-    for turn in range(TURNS):
+    for _ in range(TURNS):
         # joints
         for k in range(3):
             target[k] = point[k] - (radius - deformation[0]) * frame[k, 1]
-        if not reach(chain, target, joints, guess, turn < WISHES, limits, tolerance) <= tolerance:
+        if not reach(chain, target, joints, limits, tolerance) <= tolerance:
             return False
         place_tip(chain, joints, tip, axes, J)
         # angles and force in C_F
-        if not _aim(formula.is_surface, axes, frame, force, settled):
+        bearing, Phi = _aim(formula.is_surface, axes, frame, force, settled), settled.angles[1]
+        if not RIM < Phi < (math.inf if formula.is_surface else APEX):
             return False
-        Phi, bearing = settled.angles[1], _bearing(formula.is_surface, settled.angles[0], axes, frame)
         # deformation
         for k in range(4):
             before[k], asked[k] = deformation[k], wanted[k] / relaxed
@@ -86,39 +83,24 @@ def settle(chain, formula, point, frame, force, relaxed, limits, tolerance, join
 
 @compiled
 def _aim(is_surface, axes, frame, force, settled):
-    """Theta, Phi and the force in C_F for a tip with these axes; whether Phi is away from rim and apex."""
-    Theta_Phi, wanted = settled.angles, settled.contact_force
+    """Theta, Phi and the force in C_F for a tip with these axes; returns the bearing of its axis in the face [rad]."""
     z = frame[0, 1], frame[1, 1], frame[2, 1]
     u = (
         axes[0, 0] * z[0] + axes[1, 0] * z[1] + axes[2, 0] * z[2],
         axes[0, 1] * z[0] + axes[1, 1] * z[1] + axes[2, 1] * z[2],
         axes[0, 2] * z[0] + axes[1, 2] * z[1] + axes[2, 2] * z[2],
     )
-    Theta_Phi[0], Theta_Phi[1] = math.atan2(u[2], u[1]), math.asin(min(max(u[0], -1.0), 1.0))
-    if not RIM < Theta_Phi[1] < (math.inf if is_surface else APEX):
-        return False
-    x = _first_axis(is_surface, Theta_Phi[0], axes, frame)
-    y = z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]
-    wanted[0] = x[0] * force[0] + x[1] * force[1] + x[2] * force[2]
-    wanted[1] = y[0] * force[0] + y[1] * force[1] + y[2] * force[2]
-    wanted[2] = z[0] * force[0] + z[1] * force[1] + z[2] * force[2]
-    wanted[3] = 0.0
-    return True
-
-
-@compiled
-def _bearing(is_surface, Theta, axes, frame):
-    """Of the axis of the tip in the face, counted from x_C [rad]."""
-    x, z = _first_axis(is_surface, Theta, axes, frame), (frame[0, 1], frame[1, 1], frame[2, 1])
-    y = z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]
-    along_y = axes[0, 0] * y[0] + axes[1, 0] * y[1] + axes[2, 0] * y[2]
-    return math.atan2(along_y, axes[0, 0] * x[0] + axes[1, 0] * x[1] + axes[2, 0] * x[2])
-
-
-@compiled
-def _first_axis(is_surface, Theta, axes, frame):
-    """x_C in the world: along growing Theta, or the tangent of the face."""
+    Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(u[0], -1.0), 1.0))
+    c, s = math.cos(Theta), math.sin(Theta)  # x_C lies along growing Theta, or the tangent of the face
+    x = c * axes[0, 2] - s * axes[0, 1], c * axes[1, 2] - s * axes[1, 1], c * axes[2, 2] - s * axes[2, 1]
     if is_surface:
-        return frame[0, 0], frame[1, 0], frame[2, 0]
-    c, s = math.cos(Theta), math.sin(Theta)
-    return c * axes[0, 2] - s * axes[0, 1], c * axes[1, 2] - s * axes[1, 1], c * axes[2, 2] - s * axes[2, 1]
+        x = frame[0, 0], frame[1, 0], frame[2, 0]
+    y = z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]
+    settled.angles[0], settled.angles[1] = Theta, Phi
+    f = settled.contact_force
+    f[0] = x[0] * force[0] + x[1] * force[1] + x[2] * force[2]
+    f[1] = y[0] * force[0] + y[1] * force[1] + y[2] * force[2]
+    f[2] = z[0] * force[0] + z[1] * force[1] + z[2] * force[2]
+    f[3] = 0.0
+    along_x = axes[0, 0] * x[0] + axes[1, 0] * x[1] + axes[2, 0] * x[2]
+    return math.atan2(axes[0, 0] * y[0] + axes[1, 0] * y[1] + axes[2, 0] * y[2], along_x)

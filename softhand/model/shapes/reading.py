@@ -80,8 +80,9 @@ def _of_mesh(file: Path, scale: Array, rotation: Array, centre: Array, hull: boo
     """The polyhedron of a mesh file, made now or before from a file with the very same bytes; it is never changed."""
     data = read_bytes(file)
     key = sha256(data).digest(), file.name, *(array.tobytes() for array in (scale, rotation, centre)), hull
-    if key not in _kept:
-        _kept[key] = as_polyhedron(parse_mesh(data, file, scale), rotation, centre, hull)
-    while len(_kept) > _KEPT:
-        _kept.popitem(last=False)
-    return _kept[key]
+    solid = _kept.get(key)
+    if solid is None:
+        solid = _kept[key] = as_polyhedron(parse_mesh(data, file, scale), rotation, centre, hull)
+        while len(_kept) > _KEPT:
+            _kept.popitem(last=False)
+    return solid

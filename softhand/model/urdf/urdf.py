@@ -136,10 +136,9 @@ _kept: OrderedDict[tuple[str, Path, Role], tuple[Urdf, tuple[tuple[str, Path | N
 def kept_urdf(text: str, file: Path, role: Role) -> Urdf:
     """The text of a file, checked now or before; what is kept is never changed, and shared by all who ask."""
     key = text, file, role
-    if key in _kept:
-        urdf, meshes = _kept[key]
-        if all(find_mesh(name, file.parent) == found for name, found in meshes):
-            return urdf
+    known = _kept.get(key)
+    if known is not None and all(find_mesh(name, file.parent) == found for name, found in known[1]):
+        return known[0]
     urdf = Urdf.parse(text, file, role, file.parent)
     names = {element.get("filename", "").strip() for element in urdf.root.iter("mesh")}
     _kept[key] = urdf, tuple((name, find_mesh(name, file.parent)) for name in names if name)
