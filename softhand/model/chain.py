@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
-from softhand.numerics.elimination import eliminate
+from softhand.numerics.shortest import shortest
 
 TURNS, SLIDES = 0, 1
 """Kinds of joints."""
@@ -80,8 +80,7 @@ def reach(chain, target, angles, limits, tolerance):
     """
     n = chain.kinds.shape[0]
     tip, axes, J, gap = np.empty(3), np.empty((3, 3)), np.empty((3, n)), np.empty(3)
-    step, gram = np.empty(n), np.empty((3, 3))
-    left = math.inf
+    step, left = np.empty(n), math.inf
     for _ in range(ITERATIONS):
         m = place_tip(chain, angles, tip, axes, J)
         for k in range(3):
@@ -90,8 +89,7 @@ def reach(chain, target, angles, limits, tolerance):
         if not math.isfinite(now) or (now >= left and now < 1e-12):
             break
         left = now
-        if not shortest(J, m, gap, gram, step):
-            return math.inf
+        shortest(J, gap, m, step)
         longest = 0.0
         for k in range(m):
             longest = max(longest, abs(step[k]))
@@ -110,35 +108,6 @@ def reach(chain, target, angles, limits, tolerance):
     x, y, z = tip[0] - target[0], tip[1] - target[1], tip[2] - target[2]
     left = math.sqrt(x * x + y * y + z * z)
     return left if left <= tolerance else math.inf
-
-
-@compiled
-def shortest(A, n, b, gram, x):
-    """x = A^+ b for three rows and the first n columns of A, of full rank; False if it is not.
-
-    Args:
-        A: shape (3, n) or more.
-        n: how many columns.
-        b: shape (3,), lost.
-        gram: scratch, shape (3, 3).
-        x: the first n are set.
-    """
-    if n < POINT:
-        for i in range(n):
-            x[i] = A[0, i] * b[0] + A[1, i] * b[1] + A[2, i] * b[2]
-            for j in range(n):
-                gram[i, j] = A[0, i] * A[0, j] + A[1, i] * A[1, j] + A[2, i] * A[2, j]
-        return eliminate(gram, x, n)
-    for i in range(POINT):
-        for j in range(POINT):
-            gram[i, j] = A[i, j] if n == POINT else 0.0
-            if n > POINT:
-                for k in range(n):
-                    gram[i, j] += A[i, k] * A[j, k]
-    is_whole = eliminate(gram, b, POINT)
-    for k in range(n):
-        x[k] = b[k] if n == POINT else A[0, k] * b[0] + A[1, k] * b[1] + A[2, k] * b[2]
-    return is_whole
 
 
 @compiled

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from softhand.model.chain import ITERATIONS, LONGEST, place_tip, shortest
+from softhand.model.chain import ITERATIONS, LONGEST, POINT, place_tip
 from softhand.numerics.compiled import compiled
+from softhand.numerics.shortest import shortest
 
 _RETURN = 5  # steps back to a root, after one along the roots
 _MARGIN = 1e-3  # of the range, so that a last correction stays within the bounds
@@ -26,7 +27,7 @@ def draw_near(chain, target, angles, wish, limits, tolerance):
         tolerance: of the distance [m].
 
     Returns:
-        False, with nothing set, where the finger cannot move in all directions.
+        False, with nothing set, where the limits leave fewer than three joints.
     """
     own = np.empty(chain.kinds.shape[0], np.int64)
     n = 0
@@ -80,12 +81,12 @@ def draw_near(chain, target, angles, wish, limits, tolerance):
 def _step(tip, target, J, own, point, aim, size, bounds, step):
     """To the nearest point to the aim that solves the linearised equations; what would leave its bounds stays there."""
     n = own.shape[0]
-    A, rest, gram, x = np.empty((3, n)), np.empty(3), np.empty((3, 3)), np.empty(n)
+    A, rest, x = np.empty((3, n)), np.empty(3), np.empty(n)
     held = np.zeros(n, np.bool_)
     n_free = n
     for k in range(n):
         step[k] = 0.0
-    while n_free > 0:
+    while True:
         for i in range(3):
             rest[i] = target[i] - tip[i]
         m = 0
@@ -96,8 +97,9 @@ def _step(tip, target, J, own, point, aim, size, bounds, step):
                 if not held[k]:
                     A[i, m] = J[i, k] * size[k]
             m += 0 if held[k] else 1
-        if not shortest(A, m, rest, gram, x):
+        if m < POINT:
             return False
+        shortest(A, rest, m, x)
         m = 0
         for k in range(n):
             if held[k]:

@@ -12,7 +12,7 @@ from softhand.laws.law import LEADING, CompiledLaw, Law
 from softhand.model.chain import ITERATIONS, LONGEST
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
-from softhand.numerics.elimination import eliminate
+from softhand.numerics.shortest import shortest
 
 ANSWERED = 1e-9
 """What may be left of the force, as a share of it."""
@@ -66,7 +66,7 @@ def answer_force(formula, Phi, bearing, wanted, deformation, force):
         Whether it has been found within its bounds.
     """
     radius = formula.arguments[6 if formula.is_surface else 5]
-    lengths, scaled, excess = np.empty(4), np.empty(4), np.empty(4)
+    lengths, scaled, step, excess = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     derivatives, slope = np.empty(16), np.empty((4, 4))
     lengths[0], lengths[3] = radius, 1.0
     lengths[1] = lengths[2] = radius if formula.is_surface else 1.0
@@ -82,13 +82,12 @@ def answer_force(formula, Phi, bearing, wanted, deformation, force):
             break
         left = now
         _slope(formula, radius, Phi, wanted, size, lengths, derivatives, slope)
-        if not eliminate(slope, excess, 4):
-            return False
-        longest = max(abs(excess[0]), abs(excess[1]), abs(excess[2]), abs(excess[3]))
+        shortest(slope, excess, 4, step)
+        longest = max(abs(step[0]), abs(step[1]), abs(step[2]), abs(step[3]))
         if not longest >= 1e-16:
             break
         for k in range(4):
-            scaled[k] -= excess[k] * min(1.0, LONGEST / longest)
+            scaled[k] -= step[k] * min(1.0, LONGEST / longest)
     for k in range(4):
         deformation[k] = scaled[k] * lengths[k]
     now = _excess(formula, radius, Phi, bearing, wanted, size, lengths, deformation, force, excess)
