@@ -5,23 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.errors import ModelError
 from softhand.model.body import ObjectModel
-from softhand.model.chain import Chain, read_chain
-from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
+from softhand.model.chain import Chain
+from softhand.model.configuration import ADDITIVE, CONTINUOUS
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
+from softhand.model.joined import Tip, columns_of, find_frame, join_models
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape
-from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
@@ -29,21 +27,6 @@ FREE_FLYER_SIZE = 6
 """Velocities of the object."""
 POSE_SIZE, QUATERNION_SIZE = 7, 4
 """Of the object at the end of a configuration."""
-
-
-@dataclass(frozen=True)
-class Tip:
-    """Where a soft fingertip sits: its frame F in the frame of the joint that carries it."""
-
-    name: str
-    joint: int
-    """Index of the Pinocchio joint."""
-    rotation: NDArray[np.float64]
-    """Axes of F in the joint frame, shape (3, 3)."""
-    position: NDArray[np.float64]
-    """Origin of F in the joint frame [m], shape (3,)."""
-    columns: tuple[int, ...]
-    """Velocity indices of the joints that move this tip, from the base outward."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +80,7 @@ class World:
         Raises:
             ModelError: the hand has no such link or frame.
         """
-        frame = _find_frame(self.model, name, self.hand_urdf, self.object_joint)
+        frame = find_frame(self.model, name, self.hand_urdf, self.object_joint)
         return frame.parentJoint, pin.SE3(frame.placement)
 
     @property
@@ -194,58 +177,18 @@ def load_world(
     Raises:
         ModelError: a tip is no frame of the hand, or the object has no usable shape.
     """
-    fused = _fuse(hand.urdf, hand.tips, body.urdf)
-    model = pin.Model(fused.model)
+    joined = join_models(hand.urdf, hand.tips, body.urdf)
+    model = pin.Model(joined.model)
     hand.limit_efforts(model)
     body.weigh(model)
     model.gravity.linear = np.asarray(gravity, dtype=float)
-    shape = shape or body.shape(fused.flyer)
-    return World(model, fused.tips, shape, fused.joint_names, fused.joints, fused.chains, hand.urdf, body.urdf)
-
-
-class _Fused(NamedTuple):
-    """What hand and object have in common with all worlds of the same two; copied, never changed."""
-
-    model: pin.Model
-    flyer: pin.Model
-    """Of the object alone."""
-    tips: tuple[Tip, ...]
-    joint_names: tuple[str, ...]
-    joints: NDArray[np.int64]
-    chains: tuple[Chain, ...]
-
-
-@lru_cache(maxsize=8)
-def _fuse(hand: Urdf, tips: tuple[str, ...], body: Urdf) -> _Fused:
-    """Hand and object in one model; kept for each two, as reading them takes longer than copying."""
-    fingers, flyer = build_model(hand), build_model(body)
-    places = tuple(_find_tip(fingers, name, hand.file) for name in tips)
-    names = tuple(fingers.names)[1:]
-    renamed = pin.Model(flyer)
-    _make_names_distinct(fingers, renamed)
-    model = pin.appendModel(fingers, renamed, 0, pin.SE3.Identity())
-    chains = tuple(
-        read_chain(model, tip.joint, tip.rotation, tip.position, _own_columns(places, index))
-        for index, tip in enumerate(places)
-    )
-    return _Fused(model, flyer, places, names, _list_joints(model), chains)
-
-
-def _list_joints(model: pin.Model) -> NDArray[np.int64]:
-    """As `World.joints`."""
-    kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
-    rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(model.joints)[1:]]
-    return np.array(rows, dtype=np.int64)
+    shape = shape or body.shape(joined.flyer)
+    return World(model, joined.tips, shape, joined.joint_names, joined.joints, joined.chains, hand.urdf, body.urdf)
 
 
 def own_columns(world: World, index: int) -> list[int]:
     """Velocity indices of the joints that move only this tip."""
-    return _own_columns(world.tips, index)
-
-
-def _own_columns(tips: Sequence[Tip], index: int) -> list[int]:
-    shared = {column for k, tip in enumerate(tips) if k != index for column in tip.columns}
-    return [column for column in tips[index].columns if column not in shared]
+    return columns_of(world.tips, index)
 
 
 def slides_of(world: World) -> NDArray[np.bool_]:
@@ -263,41 +206,3 @@ def joints_of(world: World, q: Array) -> Array:
         own = q[joint.idx_q : joint.idx_q + joint.nq]
         angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
     return angles
-
-
-def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
-    """Rename what Pinocchio could not tell apart in one model; it finds joints by names of their own."""
-    flyer = next(frame for frame in body.frames if frame.type == pin.FrameType.JOINT)
-    others = {*hand.names, *(frame.name for frame in [*hand.frames, *body.frames] if frame.type != flyer.type)}
-    while flyer.name in others:
-        flyer.name = body.names[1] = f"object {flyer.name}"
-    links = {frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY}
-    for frame in hand.frames:
-        if frame.type != pin.FrameType.BODY and frame.name in links:
-            frame.name = f"joint {frame.name}"
-    taken = {frame.name for frame in hand.frames}
-    for frame in body.frames:
-        if frame.type == pin.FrameType.BODY and frame.name in taken:
-            frame.name = f"object {frame.name}"
-
-
-def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
-    frame = _find_frame(hand, name, file, hand.njoints)
-    if frame.parentJoint == 0:
-        raise ModelError(f"{file}: the tip '{name}' is fixed to the base; no joint moves it.", file=str(file))
-    chain = list(hand.supports[frame.parentJoint])[1:]
-    columns = tuple(hand.joints[index].idx_v for index in chain)
-    return Tip(name, frame.parentJoint, frame.placement.rotation.copy(), frame.placement.translation.copy(), columns)
-
-
-def _find_frame(model: pin.Model, name: str, file: Path, n_joints: int) -> pin.Frame:
-    """The frame of that name at one of the first joints; Pinocchio gives no error for an unknown one."""
-    frames = [frame for frame in model.frames if frame.parentJoint < n_joints]
-    links = [frame.name for frame in frames if frame.type == pin.FrameType.BODY]
-    found = [frame for frame in frames if frame.name == name]
-    if not found:
-        raise ModelError(
-            f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
-        )
-    # a joint may have the name of a link, and then not that of the link that it carries
-    return next((frame for frame in found if frame.type == pin.FrameType.BODY), found[0])

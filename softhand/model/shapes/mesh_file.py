@@ -31,43 +31,25 @@ class Mesh:
 
 
 def read_mesh(file: Path, scale: Array) -> Mesh:
-    """The triangles of an STL or OBJ file; what `parse_mesh` makes of it."""
-    return parse_mesh(read_bytes(file), file, scale)
-
-
-def read_bytes(file: Path) -> bytes:
-    """All that is in a mesh file.
-
-    Raises:
-        ModelError: it cannot be read, or is too long.
-    """
-    try:
-        with file.open("rb") as stream:
-            data = stream.read(_LONGEST + 1)
-    except OSError as error:
-        raise refused(file.name, f"cannot be read: {error}", "export it again as STL or OBJ") from error
-    if len(data) > _LONGEST:
-        raise refused(file.name, f"is longer than {_LONGEST // 1_000_000} MB", "simplify it, its hull is enough")
-    return data
-
-
-def parse_mesh(data: bytes, file: Path, scale: Array) -> Mesh:
     """The triangles of an STL or OBJ file.
 
     Args:
-        data: all that is in it.
-        file: its name; the suffix tells the format.
+        file: of the mesh; its suffix tells the format.
         scale: along each axis, as in the URDF, shape (3,).
 
     Raises:
-        ModelError: it has another format, no triangles, numbers that are none, or a size that no object has.
+        ModelError: it cannot be read, has no triangles, numbers that are none, or a size that no object has.
     """
     formats = {".stl": _read_stl, ".obj": _read_obj}
     if file.suffix.lower() not in formats:
         raise refused(file.name, f"has the format '{file.suffix}'", "convert it to .stl or .obj")
     try:
+        with file.open("rb") as stream:
+            data = stream.read(_LONGEST + 1)
+        if len(data) > _LONGEST:
+            raise refused(file.name, f"is longer than {_LONGEST // 1_000_000} MB", "simplify it, its hull is enough")
         vertices, triangles = formats[file.suffix.lower()](data)
-    except (ValueError, IndexError) as error:
+    except (OSError, ValueError, IndexError) as error:
         raise refused(file.name, f"cannot be read: {error}", "export it again as STL or OBJ") from error
     if not len(triangles):
         raise refused(file.name, "has no triangles", "export the surface of a solid")

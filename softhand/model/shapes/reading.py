@@ -14,7 +14,7 @@ from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.mesh import as_polyhedron
-from softhand.model.shapes.mesh_file import parse_mesh, read_bytes
+from softhand.model.shapes.mesh_file import read_mesh
 from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
@@ -78,11 +78,21 @@ _kept: OrderedDict[tuple[Any, ...], Polyhedron] = OrderedDict()
 
 def _of_mesh(file: Path, scale: Array, rotation: Array, centre: Array, hull: bool) -> Polyhedron:
     """The polyhedron of a mesh file, made now or before from a file with the very same bytes; it is never changed."""
-    data = read_bytes(file)
-    key = sha256(data).digest(), file.name, *(array.tobytes() for array in (scale, rotation, centre)), hull
-    solid = _kept.get(key)
+    place = file.name, *(array.tobytes() for array in (scale, rotation, centre)), hull
+    digest = _digest(file)
+    solid = _kept.get((digest, place))
     if solid is None:
-        solid = _kept[key] = as_polyhedron(parse_mesh(data, file, scale), rotation, centre, hull)
+        solid = as_polyhedron(read_mesh(file, scale), rotation, centre, hull)
+        if digest is not None and digest == _digest(file):  # not written to in between
+            _kept[digest, place] = solid
         while len(_kept) > _KEPT:
             _kept.popitem(last=False)
     return solid
+
+
+def _digest(file: Path) -> bytes | None:
+    """Of what is in a file; None if it cannot be read, which is told where its mesh is read."""
+    try:
+        return sha256(file.read_bytes()).digest()
+    except OSError:
+        return None
