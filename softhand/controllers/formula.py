@@ -33,12 +33,12 @@ def _code_of(formula: Callable[..., Any]) -> _Code:
     names = [name for name in formula.__code__.co_names if name in FIELDS or name in SPANS or name in ALIASES]
     renamed = {name: ALIASES[name] for name in names if name in ALIASES}
     make_compilable(formula)
-    return _Code(njit(error_model="numpy")(formula), namedtuple("Observed", names), renamed)  # type: ignore[misc]
+    return _Code(njit(error_model="numpy")(formula), namedtuple("Observed", names), renamed)
 
 
 @cache
 def _settings_type(controller: type[Settings], names: tuple[str, ...]) -> Any:
-    return namedtuple(f"{controller.__name__}Settings", names)  # type: ignore[misc]
+    return namedtuple(f"{controller.__name__}Settings", names)
 
 
 def settings_of(controller: Settings) -> Any:
