@@ -14,6 +14,10 @@ from softhand.closed_loop.start import HeldStart
 from softhand.numerics.arrays import Array
 
 
+ROUNDING = 1e-6
+"""A growth within this of zero is zero [1/s]: some motion stays as it is."""
+
+
 @dataclass(frozen=True, eq=False)
 class Loop:
     """The linear closed loop.

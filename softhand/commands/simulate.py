@@ -105,10 +105,16 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly.build import build
+    from softhand.assembly.build import assemble
+    from softhand.assembly.resolve import resolve
+    from softhand.closed_loop.growing import growing
     from softhand.simulation.interrupts import interrupts_held
 
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    simulation = assemble(setup)
+    if not quiet and (grows := growing(setup)):
+        warning = f"{grows.short()} `softhand check` says what helps."
+        error_console().print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
@@ -120,6 +126,7 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         except SimulationStopped as stop:
             with interrupts_held():
                 folder, _ = _save(stop.recording, folder, plot)
+            stop.say_more(_what_grew(stop))
             stop.say_more(f"\nWhat was computed until then is in {folder}/.")
             raise
     with interrupts_held() as held:
@@ -128,6 +135,14 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
     if not quiet:
         _print_summary(recording, simulation, folder, files)
+
+
+def _what_grew(stop: SimulationStopped) -> str:
+    """Why a run was lost, if its loop was unstable."""
+    from softhand.closed_loop.growing import growing_run
+
+    grew = growing_run(stop.recording) if stop.reason != "interrupted" else None
+    return f"\nA likely cause: {grew.text()}" if grew else ""
 
 
 def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:
@@ -156,14 +171,15 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
 def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
+    from softhand.closed_loop.growing import growing_run
 
-    summary = summarize(recording)
+    summary, grew = summarize(recording), growing_run(recording)
     print_table(f"{folder}", summary.rows())
     if simulation.plant.pads["is_damped"].any():  # slow to sum
         console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
     else:
         print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
     print_events(summary.events)
-    for warning in summary.warnings():
+    for warning in [*summary.warnings(), *([grew.text()] if grew else [])]:
         console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
     console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
