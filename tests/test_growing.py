@@ -1,4 +1,4 @@
-"""A loop that grows is told as such: by check, by simulate, by the error of a lost run, and with a remedy that works."""
+"""A loop that grows is told as such: by check, by simulate, by the error of a lost run, with a remedy that works."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ def test_hold_has_no_target(key: str) -> None:
     assert caught.value.key == f"reference.{key}"
 
 
-# -------------------------------------------------------------------------------------- what friction with torsion takes
+# ------------------------------------------------------------------------------------- what friction with torsion takes
 
 
 def test_the_use_of_the_limit_surface_explains_itself() -> None:

@@ -17,7 +17,7 @@ from softhand.assembly.resolve import Setup, resolve
 from softhand.closed_loop.loop import ROUNDING, close_loop
 from softhand.closed_loop.remedies import Remedy, find_remedies
 from softhand.closed_loop.start import HeldStart, goal_of, held_at, held_end, resting_since
-from softhand.errors import GraspError, RecordingError
+from softhand.errors import GraspError, SofthandError
 from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
 from softhand.recording.recording import Recording
@@ -82,13 +82,15 @@ def growing(setup: Setup, until: float | None = None) -> Growing | None:
     """
     end = setup.scenario.duration if until is None else until
     best: Growing | None = None
-    grown, begin, passed = 0.0, 0.0, []  # exponent, since when, and where
+    grown, begin = 0.0, 0.0  # exponent, and since when
+    passed: list[_Node] = []
     for (t0, first), (t1, second) in pairwise(_nodes(setup, end)):
-        rate = second.rate if second else 0.0
-        if first and (rate > 0.0 or grown):  # else nothing grows between them, whatever the first is
-            rate = min(rate, first.rate)
-        grown = grown + rate * (t1 - t0) if first and second else 0.0
-        if not grown > 0.0:
+        if first and second:
+            rate = second.rate
+            if rate > 0.0 or grown:  # else nothing grows between them, whatever the first is
+                rate = min(rate, first.rate)
+            grown += rate * (t1 - t0)
+        if not (first and second and grown > 0.0):
             grown, begin, passed = 0.0, t1, []
             continue
         passed += [first, second]
@@ -98,28 +100,42 @@ def growing(setup: Setup, until: float | None = None) -> Growing | None:
     return best
 
 
-def growing_run(recording: Recording) -> Growing | None:
-    """What grew in a run, complete or not: about where it came to rest, and what `growing` knows of its way.
+def growing_run(recording: Recording, setup: Setup | None = None, expected: Growing | None = None) -> Growing | None:
+    """What grew in a run, complete or not: the larger of what `growing` says of it and of what its end pose says.
 
-    None also if its scenario cannot be read: it had a controller of its own, say.
+    The end pose is looked at where the motion has grown since the reference rests, or the run was lost.
+
+    Args:
+        recording: None is returned if it is empty, or if its scenario cannot be read: one with a controller of its own,
+            say.
+        setup: of its scenario, if that is known.
+        expected: what `growing` says of the whole run; it is asked only if this is None and the run was lost, or if
+            `setup` is.
     """
-    if not len(recording):
-        return None
+    end = recording.stop_time
     try:
-        setup = resolve(recorded_scenario(recording))
-        end = held_end(recording)
-    except RecordingError:
+        if setup is None:
+            setup = resolve(recorded_scenario(recording))
+            expected = growing(setup, end)
+        elif not recording.complete:
+            expected = growing(setup, end)
+        begin = resting_since(setup.reference.start(read_start(setup.scenario)), end)
+        if begin is None or not len(recording) or (recording.complete and not _has_grown(recording, begin)):
+            return expected
+        node = _Node(held_end(recording, setup), math.inf)
+    except SofthandError:
         return None
-    end_time = recording.stop_time
-    begin = resting_since(setup.reference.start(read_start(setup.scenario)), end_time)
-    expected = growing(setup, end_time)
-    if begin is None:
-        return expected
-    rate = _Node(end, math.inf).rate
-    exponent = rate * (end_time - begin)
+    exponent = node.rate * (end - begin)
     if exponent <= (expected.exponent if expected else math.log(FOLD)):
         return expected
-    return Growing(rate, end.period, begin, end_time, exponent, (end,))
+    return Growing(node.rate, node.held.period, begin, end, exponent, (node.held,))
+
+
+def _has_grown(recording: Recording, begin: float) -> bool:
+    """Whether the joints are faster at the end than they were in a twentieth of the time before."""
+    speed = np.max(np.abs(recording.joint_velocity[recording.time >= begin]), axis=1, initial=0.0)
+    peaks = [np.max(part, initial=0.0) for part in np.array_split(speed, 20)]
+    return bool(peaks[-1] > 10.0 * min(peaks))
 
 
 class _Node:

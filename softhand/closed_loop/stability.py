@@ -1,4 +1,4 @@
-"""Whether a controller holds the start of a scenario, or where a run came to rest: how fast small motions grow there."""
+"""Whether a controller holds the start of a scenario, or the end of a run: how fast small motions grow there."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
 from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
+from softhand.errors import RecordingError
 from softhand.laws.law import Law
 from softhand.model.world import World
 from softhand.plant.plant import Plant
@@ -74,15 +75,21 @@ def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldSt
     return HeldStart(Probe(plant, resting(goal)), plant.with_supports(state), controller, period, time)
 
 
-def held_end(recording: Recording) -> HeldStart:
+def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:
     """Where a run came to rest: its quietest sample since the reference stands still, or its last one if it moves.
 
     What relaxing dampings remember is taken as relaxed; the controller begins there anew.
 
+    Args:
+        recording: with at least one sample.
+        setup: of its scenario, if that is known.
+
     Raises:
         RecordingError: it is empty, or its scenario cannot be read.
     """
-    setup = resolve(recorded_scenario(recording))
+    if not len(recording):
+        raise RecordingError("the recording has no samples, and so no end.", file=None)
+    setup = setup or resolve(recorded_scenario(recording))
     motion = setup.reference.start(read_start(setup.scenario))
     begin, k = resting_since(motion, recording.stop_time), len(recording) - 1
     if begin is not None:

@@ -31,6 +31,7 @@ from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show
 from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
+    from softhand.assembly.resolve import Setup
     from softhand.recording.recording import Recording
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
@@ -107,12 +108,13 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
     say_compiling(quiet)
     from softhand.assembly.build import assemble
     from softhand.assembly.resolve import resolve
-    from softhand.closed_loop.growing import growing
+    from softhand.closed_loop.growing import growing, growing_run
     from softhand.simulation.interrupts import interrupts_held
 
     setup = resolve(scenario)
     simulation = assemble(setup)
-    if not quiet and (grows := growing(setup)):
+    grows = None if quiet else growing(setup)
+    if grows:
         warning = f"{grows.short()} `softhand check` says what helps."
         error_console().print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
@@ -126,7 +128,7 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         except SimulationStopped as stop:
             with interrupts_held():
                 folder, _ = _save(stop.recording, folder, plot)
-            stop.say_more(_what_grew(stop))
+            stop.say_more(_what_grew(stop, setup))
             stop.say_more(f"\nWhat was computed until then is in {folder}/.")
             raise
     with interrupts_held() as held:
@@ -135,13 +137,16 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
     if not quiet:
         _print_summary(recording, simulation, folder, files)
+        grew = growing_run(recording, setup, grows)
+        if grew:
+            console().print(f"[yellow]note:[/] {escape(grew.text())}", highlight=False)
 
 
-def _what_grew(stop: SimulationStopped) -> str:
+def _what_grew(stop: SimulationStopped, setup: Setup) -> str:
     """Why a run was lost, if its loop was unstable."""
     from softhand.closed_loop.growing import growing_run
 
-    grew = growing_run(stop.recording) if stop.reason != "interrupted" else None
+    grew = growing_run(stop.recording, setup) if stop.reason != "interrupted" else None
     return f"\nA likely cause: {grew.text()}" if grew else ""
 
 
@@ -171,15 +176,14 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
 def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
-    from softhand.closed_loop.growing import growing_run
 
-    summary, grew = summarize(recording), growing_run(recording)
+    summary = summarize(recording)
     print_table(f"{folder}", summary.rows())
     if simulation.plant.pads["is_damped"].any():  # slow to sum
         console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
     else:
         print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
     print_events(summary.events)
-    for warning in [*summary.warnings(), *([grew.text()] if grew else [])]:
+    for warning in summary.warnings():
         console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
     console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
