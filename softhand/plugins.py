@@ -55,6 +55,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
     "references": {
+        "hold": "softhand.references.hold:Hold",
         "step": "softhand.references.straight:Step",
         "minimum-jerk": "softhand.references.straight:MinimumJerk",
         "waypoints": "softhand.references.waypoints:Waypoints",

@@ -152,7 +152,7 @@ def read_reference(scenario: Scenario) -> Reference:
     reference_class = find_plugin("references", section.kind, "reference.kind")
     table = section.model_dump(exclude={"kind"}, exclude_none=True)
     for key in ("waypoints", "duration"):  # what a change of the kind may have left behind
-        if key not in reference_class.model_fields and (key == "duration" or not table[key]):
+        if key not in reference_class.model_fields and (key == "duration" or not table.get(key)):
             table.pop(key, None)
     reference: Reference = read_settings(reference_class, table, "reference")
     return reference

@@ -39,15 +39,15 @@ class ReferenceSection(OpenSettings):
     """What the controller is asked for, by the name of the reference, and its own parameters."""
 
     kind: str
-    """`step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one."""
+    """`hold` stays, `step` asks for it at once, `minimum-jerk` goes there, `waypoints` passes one by one."""
     duration: Positive | None = None
     """Time to the target, 1 s if not given; of `minimum-jerk` only [s]."""
     object_position: Vector3 | None = None
-    """Target position, in the base frame [m]; not with `waypoints`."""
+    """Target position, in the base frame [m]; not with `waypoints` and `hold`."""
     object_rpy: Vector3 | None = None
-    """Target roll, pitch, yaw [rad]; not with `waypoints`."""
+    """Target roll, pitch, yaw [rad]; not with `waypoints` and `hold`."""
     internal_force: Vector | None = None
-    """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints`."""
+    """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints` and `hold`."""
     waypoints: tuple[Waypoint, ...] = ()
     """Waypoints, one after the other."""
     orientation_path: OrientationPath | None = None
@@ -61,6 +61,9 @@ class ReferenceSection(OpenSettings):
             key, near = f"reference.{name}", nearest(name, type(self).model_fields)
             message = unknown_key(key, value, "reference", near and f"reference.{near}", type(self))
             raise ScenarioError(message, key=key, value=value)
+        if self.kind == "hold":
+            self._has_nothing_else()
+            return self
         target = ("object_position", "object_rpy", "internal_force")
         needed, other = (("waypoints",), target) if self.kind == "waypoints" else (target, ("waypoints",))
         for key in needed:
@@ -81,8 +84,18 @@ class ReferenceSection(OpenSettings):
                 )  # fmt: skip
         return self
 
+    def _has_nothing_else(self) -> None:
+        """A start that is kept is described by [object] and [grasp]."""
+        for key, value in self.model_dump(exclude={"kind"}).items():
+            if value:
+                raise ScenarioError(
+                    f'reference.{key}: "hold" keeps the start and has no {key}; remove it. From the command line: '
+                    "--set 'reference={kind=\"hold\"}'.",
+                    key=f"reference.{key}", value=value,
+                )  # fmt: skip
 
-_WITH_THESE_KEYS = ("step", "minimum-jerk", "waypoints")
+
+_WITH_THESE_KEYS = ("hold", "step", "minimum-jerk", "waypoints")
 
 
 class PushSection(Settings):
