@@ -18,8 +18,9 @@ from softhand.scenario.file import parse_override
 from softhand.scenario.scenario import Scenario, load_scenario
 
 HELD = {"reference": {"kind": "hold"}, "duration": 10.0}
-LOST = ("--set", "controller.K_N=3.0", "--duration", "2.0")
-"""Of the scenario `hold`: +24 1/s, which loses the box within two seconds."""
+NUDGE = 'push=[{on="object", force=[0.0, 0.02, 0.01], start=0.0, duration=0.01}]'
+LOST = ("--set", "controller.K_N=3.0", "--set", NUDGE, "--duration", "2.0")
+"""Of the scenario `hold`: +24 1/s, which loses a box that was touched within two seconds."""
 
 
 def held(**changes) -> Scenario:
