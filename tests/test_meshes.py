@@ -196,11 +196,11 @@ def test_too_many_faces_are_refused() -> None:
     [
         ("a.dae", b"<x/>", "has the format '.dae'; convert it to .stl or .obj"),
         ("a.stl", b"hello", "neither a text nor a binary STL"),
-        ("a.stl", b"", "is empty; export it again"),
+        ("a.stl", b"", "neither a text nor a binary STL"),
         ("a.stl", b"solid a\nendsolid a\n", "has no triangles"),
         ("a.stl", b"solid a\nvertex 0 0 0\nvertex 0 1 0\nendsolid a\n", "not three vertices of three numbers"),
         ("a.stl", b"solid a\nvertex 0 0\nvertex 0 1 0\nvertex 0 0 1\n", "cannot be read"),
-        ("a.obj", b"", "is empty; export it again"),
+        ("a.obj", b"", "has no triangles"),
         ("a.obj", b"v 0 0 x\n", "could not convert"),
         ("a.obj", b"v 0 0\nf 1 1 1\n", "line 1 has a vertex of fewer than three numbers"),
         (

@@ -22,17 +22,13 @@ import numpy as np
 
 from softhand.errors import RecordingError
 from softhand.numerics.arrays import AnyArray
+from softhand.recording.reading import RESERVED, read_fields
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
 from softhand.recording.whole_file import write_whole
 
 Attribute = float | int | str
-_MOST_COMPRESSED = 1100  # bytes in memory for one in the file; deflate reaches 1032
 _TITLE = "softhand: recording of a run"
 _REPORT = "softhand.viewer.report.report"  # by name, since it lies far above
-
-_RESERVED = (
-    "title", "softhand_version", "scenario", "complete", "reason", "stop_time", "hand_urdf", "object_urdf",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,7 +142,7 @@ class Recording:
         try:
             if not path.is_file():
                 raise RecordingError("there is no such file" if not path.exists() else "it is not a file")
-            return _from_netcdf(path)
+            return cls(**read_fields(path))
         except Exception as error:  # HDF5 answers a damaged file with almost any type
             why = "a part of it is missing" if "truncated file" in str(error) else error
             raise RecordingError(
@@ -204,7 +200,7 @@ def _checked_attributes(attributes: Mapping[str, Any]) -> dict[str, Attribute]:
     """Return the attributes as plain Python numbers and text."""
     plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in attributes.items()}
     for name, value in plain.items():
-        if name in _RESERVED:
+        if name in RESERVED:
             raise RecordingError(f"attribute {name!r} has a field of its own; choose another name")
         if not isinstance(value, (float, int, str)):
             raise RecordingError(f"attribute {name!r} is a {type(value).__name__}; allowed are float, int and str")
@@ -237,54 +233,6 @@ def _to_netcdf(recording: Recording) -> bytes:
             variable = file.create_variable(name, VARIABLES[name].dims, data=array)
             variable.attrs.update(units=VARIABLES[name].units, long_name=VARIABLES[name].long_name)
     return buffer.getvalue()
-
-
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""First bytes of a NetCDF-4 file."""
-
-
-def _from_netcdf(path: Path) -> Recording:
-    import h5netcdf  # here for the reason given in _to_netcdf
-    import h5py
-
-    with path.open("rb") as content:
-        if content.read(len(_SIGNATURE)) != _SIGNATURE:
-            raise RecordingError("it is no NetCDF-4 file")
-    # An absolute path, because h5netcdf takes one that begins with "http" for an address.
-    with h5py.File(path.absolute(), "r") as hdf:
-        if "softhand_version" not in hdf.attrs or "time" not in hdf:
-            raise RecordingError("it was not written by softhand")
-        _refuse_what_is_elsewhere(hdf, path.stat().st_size)
-        with h5netcdf.File(hdf, "r", decode_vlen_strings=True) as file:
-            fields = dict(file.attrs)
-            return Recording(
-                variables={name: file[name][...] for name in VARIABLES if name in file.variables},
-                labels={dim: tuple(file[dim][...]) for dim in LABELLED_DIMS if dim in file.variables},
-                scenario=fields["scenario"],
-                version=fields["softhand_version"],
-                complete=bool(fields["complete"]),
-                reason=fields["reason"],
-                stop_time=float(fields["stop_time"]),
-                hand_urdf=fields.get("hand_urdf", ""),
-                object_urdf=fields.get("object_urdf", ""),
-                attributes={
-                    name: value for name, value in fields.items() if name not in _RESERVED and np.ndim(value) == 0
-                },
-            )
-
-
-def _refuse_what_is_elsewhere(hdf: Any, size: int) -> None:
-    """A recording has its arrays in its own file: no links or data in other files, no more than the file can hold."""
-    import h5py
-
-    needed = 0
-    for name in {*VARIABLES, *LABELLED_DIMS} & set(hdf):
-        item = hdf[name] if isinstance(hdf.get(name, getlink=True), h5py.HardLink) else None
-        if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
-            raise RecordingError(f"its array {name!r} is not in the file itself")
-        needed += item.size * item.dtype.itemsize
-    if needed > _MOST_COMPRESSED * size:
-        raise RecordingError(f"its arrays claim {needed:.3g} bytes, which a file of {size} bytes cannot hold")
 
 
 def _to_csv(recording: Recording) -> bytes:

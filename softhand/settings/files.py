@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def read_regular(file: Path, most: int) -> bytes:
-    """The content of a regular file, which a pipe, a device or a file of /proc is not.
+    """The content of a regular file; that of a file of /proc, whose size is told as 0, is empty.
 
     Args:
         file: to read.
@@ -16,7 +16,7 @@ def read_regular(file: Path, most: int) -> bytes:
 
     Raises:
         OSError: it cannot be opened or read.
-        ValueError: it is not regular, empty, or too long; a phrase such as "is empty".
+        ValueError: it is not regular or too long; a phrase such as "is a directory".
     """
     if "\0" in os.fspath(file):
         raise ValueError("has a null character in its name")
@@ -26,12 +26,9 @@ def read_regular(file: Path, most: int) -> bytes:
         status = os.fstat(stream.fileno())
         if not stat.S_ISREG(status.st_mode):
             raise ValueError("is no regular file but a pipe or a device")
-        if not status.st_size:  # that of a file of /proc is told as 0
-            raise ValueError("is empty")
-        data = stream.read(most + 1) if status.st_size <= most else b""
-    if not 0 < len(data) <= most:
-        raise ValueError(f"is longer than {most} bytes")
-    return data
+        if status.st_size > most:
+            raise ValueError(f"is longer than {most} bytes")
+        return stream.read(status.st_size)
 
 
 def _open(path: str, flags: int) -> int:
