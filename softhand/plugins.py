@@ -93,7 +93,7 @@ def load_plugin_file(file: Path) -> list[str]:
     sys.modules[module.__name__] = module  # formulas of laws are compiled by the module that they are in
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ScenarioError(f"{file}: this plugin cannot be run: {error!r}.", value=str(file)) from error
     own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
     found = [(kind, item) for kind, base in _BASES.items() for item in own if issubclass(item, _load(base))]

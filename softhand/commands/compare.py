@@ -44,7 +44,7 @@ def compare(
     changes: Set = [],  # noqa: B006
     duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
     out: Out = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run in.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes to run in.")] = 1,
     plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:

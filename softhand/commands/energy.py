@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, console, print_table, say_compiling
+from softhand.commands.runs import load_run
 
 _POINTS = 201
 
@@ -30,9 +31,8 @@ def energy(
     from softhand.plots.energy import draw_energy
     from softhand.plots.style import save_figure
     from softhand.recording.recorded import scenario_of
-    from softhand.recording.recording import Recording
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
     ledger = energy_ledger(run, samples=samples)
     target = out or recording.parent / "energy.png"

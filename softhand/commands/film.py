@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, console, note_incomplete, progress
+from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
 
@@ -22,11 +23,10 @@ def film(
     quiet: Quiet = False,
 ) -> None:
     """Make a film of a recording; needs Chromium, and ffmpeg for .mp4."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.report.film import write_film
 
     pixels = _pixels(size)
-    run = Recording.load(recording)
+    run = load_run(recording)
     if not quiet:
         note_incomplete(run)
     with progress("filming", 1.0, quiet) as tell:

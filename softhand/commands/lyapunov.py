@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand lyapunov runs/target-a/run.nc")
@@ -28,9 +29,8 @@ def lyapunov(
     from softhand.plots.lyapunov import draw_lyapunov
     from softhand.plots.style import save_figure
     from softhand.recording.recorded import scenario_of
-    from softhand.recording.recording import Recording
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     with progress("evaluating V and L", float(len(run)), quiet) as report:
         found = find_lyapunov(run, progress=report)
     save_figure(draw_lyapunov(found, found.invariant, scenario_of(run).title), target)

@@ -33,6 +33,8 @@ from softhand.commands import (  # noqa: F401  each adds its command
 )
 from softhand.commands.app import app
 from softhand.commands.console import error_console, escape
+from softhand.commands.streams import finish_output, give_up, prepare_streams
+from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
@@ -44,16 +46,31 @@ def main() -> None:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.default_int_handler)
     warnings.showwarning = _show_warning  # type: ignore[assignment]
+    prepare_streams()
     try:
-        app()
+        check_surroundings()
+        try:
+            app()
+        finally:
+            finish_output()
     except SofthandError as error:
-        error_console().print(f"[bold red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+        _say_error(str(error))
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
+    except (MemoryError, ImportError, OSError) as error:
+        _say_error(explain(error))
+        sys.exit(1)
     except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
         if isinstance(end, SystemExit) and end.code != INTERRUPTED:
             raise
         error_console().print("interrupted", highlight=False)
         sys.exit(INTERRUPTED)
+
+
+def _say_error(text: str) -> None:
+    try:
+        error_console().print(f"[bold red]error:[/] {escape(text)}", highlight=False, soft_wrap=True)
+    except OSError:  # nobody can be told; the exit code says it
+        give_up(sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import console, note_incomplete
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand plot runs/target-a/run.nc --out grasp.pdf")
@@ -22,10 +23,9 @@ def plot(
     """Draw the figure of a recording."""
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
-    from softhand.recording.recording import Recording
 
     target = out or recording.parent / "figure.png"
-    run = Recording.load(recording)
+    run = load_run(recording)
     note_incomplete(run)
     save_figure(draw_run(run), target)
     console().print(f"wrote {target}", highlight=False)

@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import Quiet, console, note_incomplete, progress
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand report runs/target-a/run.nc runs/target-b/run.nc --out both.html")
@@ -20,10 +21,9 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Make one HTML file with the 3-D film, curves and numbers; it works offline."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.report.report import write_report
 
-    runs = [Recording.load(recording) for recording in recordings]
+    runs = [load_run(recording) for recording in recordings]
     target = out or recordings[0].parent / "report.html"
     if not quiet:
         note_incomplete(*runs)

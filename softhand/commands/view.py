@@ -9,6 +9,7 @@ import typer
 
 from softhand.commands.app import app
 from softhand.commands.console import console, escape, note_incomplete
+from softhand.commands.runs import load_run
 
 if TYPE_CHECKING:
     from softhand.viewer.live.page import Page
@@ -33,10 +34,9 @@ def view(
     open_page: OpenPage = True,
 ) -> None:
     """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.live.replay import Replay
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     with Replay(run, speed, once, host, port) as replay:
         note_incomplete(run)
         show_page(replay, open_page)

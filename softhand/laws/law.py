@@ -20,6 +20,7 @@ from pydantic import Field
 
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
+from softhand.laws.first_call import check_law_ends
 from softhand.laws.key import makings_of
 from softhand.numerics.compiled import kernel_folder
 from softhand.settings.settings import Settings
@@ -141,6 +142,7 @@ def compile_law(law: Law) -> CompiledLaw:
     parameters = law.parameters()
     n_arguments = len(LEADING[law.coordinates]) + len(parameters)
     name = type(law).__name__
+    check_law_ends(law)
     _check_formula(law, n_arguments)
     try:
         force = _compile_formula(law.force, *_make_compilable(law.force), n_arguments, 4)

@@ -1,4 +1,4 @@
-"""What a NetCDF-4 file says of a run, read without trust: nothing from elsewhere, nothing larger than the file can hold."""
+"""What a NetCDF-4 file says of a run, read without trust: nothing from elsewhere, nothing larger than the file."""
 
 from __future__ import annotations
 
@@ -116,6 +116,8 @@ def _attributes(hdf: Any) -> Iterator[tuple[str, Any]]:
         entry = hdf.attrs.get_id(name)
         is_text = h5py.check_string_dtype(entry.dtype) is not None
         if name.startswith("_") or math.prod(entry.shape) != 1 or not (is_text or entry.dtype.kind in "fiub"):
+            if name in RESERVED:
+                raise RecordingError(f"its attribute {name!r} is {entry.dtype} of shape {entry.shape}, not one value")
             continue
         value = hdf.attrs[name]
         if isinstance(value, h5py.Empty):

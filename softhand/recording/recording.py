@@ -144,7 +144,7 @@ class Recording:
                 raise RecordingError("there is no such file" if not path.exists() else "it is not a file")
             return cls(**read_fields(path))
         except Exception as error:  # HDF5 answers a damaged file with almost any type
-            why = "a part of it is missing" if "truncated file" in str(error) else error
+            why = "a part of it is missing" if "truncated file" in str(error) else str(error) or type(error).__name__
             raise RecordingError(
                 f"{path}: cannot be read as a recording: {why}; give the run.nc of a softhand run", file=path
             ) from error

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, TypeGuard, Union, get_args, get_orig
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-
 _MOST_BITS = 1024  # of a whole number that is written out
 _LONGEST_KEY = 100  # letters
 

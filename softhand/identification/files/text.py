@@ -24,7 +24,9 @@ def read_lines(file: Path) -> list[str]:
     except OSError as error:
         raise _refused(file, error.strerror or str(error)) from error
     except ValueError as error:
-        raise _refused(file, f"it {error}; write the measurements, means of them if they are many, into a file") from error
+        raise _refused(
+            file, f"it {error}; write the measurements, means of them if they are many, into a file"
+        ) from error
     try:
         lines = _BREAK.split(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from copy import copy
 
 import numpy as np
@@ -13,6 +14,7 @@ from softhand.errors import LawError
 from softhand.identification.fitting.coefficients import OFFSET, check_fixed, coefficients_of, offset_of
 from softhand.identification.polar import polar_force
 from softhand.identification.record import Measurements
+from softhand.laws.first_call import check_formulas_end
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
 
@@ -146,6 +148,7 @@ class Model:
     def _try(self) -> None:
         """The formula gives four numbers, or fails in a way that other coefficients can mend."""
         name, arguments = self.law_class.__name__, [self.radius, *(1.0 for _ in self.law_class.model_fields)][:-1]
+        check_formulas_end(name, [partial(polar_force, self.law_class)], [(arguments, self.settings[0].tolist())])
         try:
             found = polar_force(self.law_class, arguments, self.settings[0].tolist())
         except (ArithmeticError, ValueError) as error:
