@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from copy import copy
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
