@@ -32,7 +32,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     workspace,
 )
 from softhand.commands.app import app
-from softhand.commands.console import error_console, escape
+from softhand.commands.console import say
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
@@ -47,15 +47,15 @@ def main() -> None:
     try:
         app()
     except SofthandError as error:
-        error_console().print(f"[bold red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+        say(str(error), "error", error=True)
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
     except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
         if isinstance(end, SystemExit) and end.code != INTERRUPTED:
             raise
-        error_console().print("interrupted", highlight=False)
+        say("interrupted", error=True)
         sys.exit(INTERRUPTED)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
     """Warnings in plain words, without the line of code that they come from."""
-    error_console().print(f"[yellow]note:[/] {escape(str(message))}", highlight=False, soft_wrap=True)
+    say(str(message), "note", error=True)

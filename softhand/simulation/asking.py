@@ -15,6 +15,7 @@ from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
+from softhand.settings.failures import failure
 
 
 class Actuators:
@@ -117,7 +118,7 @@ class Asking:
         """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
         if isinstance(error, ScenarioError | ControllerError):
             return error
-        return self.bad(f"raised {type(error).__name__}: {error}", time)
+        return self.bad(f"raised {failure(error)}", time)
 
     def bad(self, what: str, time: float) -> ControllerError:
         """The error for a controller at fault."""
