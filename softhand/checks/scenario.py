@@ -92,7 +92,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_step_rows(scenario, stepper, frequency),
         *_touch_rows(simulation.plant),
     ]
-    return Checkup(list_values(setup.scenario), start, warnings, frequency)
+    return Checkup(list_values(setup.scenario, slides_of(world)), start, warnings, frequency)
 
 
 def fastest_frequency(plant: Plant, state: State) -> float:
@@ -152,7 +152,11 @@ def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
     for k, name in enumerate(world.joint_names):
         gap = min(angles[k] - lower[k], upper[k] - angles[k])
         if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):
-            yield f"{name}: starts at {angles[k]:.4g}, {gap:.2g} from a limit ({lower[k]:g} to {upper[k]:g})."
+            unit = "m" if slides[k] else "rad"
+            yield (
+                f"{name}: starts at {angles[k]:.4g} {unit}, {gap:.2g} {unit} from a limit "
+                f"({lower[k]:g} to {upper[k]:g} {unit})."
+            )
         torque = abs(simulation.torque[k])
         if torque > _NEAR * limits[k]:
             unit = "N" if slides[k] else "N m"

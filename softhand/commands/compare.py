@@ -100,11 +100,11 @@ def compare(
 def _print_rows(rows: list[Row]) -> None:
     from rich.table import Table
 
-    from softhand.studies.compare import CAPTION, COLUMNS, labels
+    from softhand.studies.compare import CAPTION, headings, labels
 
     table = Table(box=None, padding=(0, 1, 0, 0), caption=f"\n{CAPTION}", caption_justify="left", caption_style="dim")
     table.add_column("run", overflow="fold", min_width=18)
-    for name in COLUMNS:
+    for name in headings(rows):
         table.add_column(plain(name), justify="right", no_wrap=True)
     names = labels(rows)
     for name, row in zip(names, rows, strict=True):

@@ -180,7 +180,7 @@ class Simulation:
             self._asked_at = self._k
             if not self._actuators.apply():
                 command = self._actuators.command.tolist()
-                raise self._asking.bad(f"returned a torque with NaN or infinity: {command} N m", self.time)
+                raise self._asking.bad(f"returned a torque with NaN or infinity: {command}", self.time)
         if self._pushes.are_any:
             self._pushes.apply(self.time, self.state.q)
         return observation
