@@ -105,10 +105,15 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly.build import build
+    from softhand.assembly.build import assemble
+    from softhand.assembly.resolve import resolve
+    from softhand.checks.target import doubts_of_target
     from softhand.simulation.interrupts import interrupts_held
 
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    for doubt in () if quiet else doubts_of_target(setup):
+        say(doubt, "warning", error=True)
+    simulation = assemble(setup)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)

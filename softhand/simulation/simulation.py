@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Sequence
 
@@ -88,6 +89,7 @@ class Simulation:
         self._start, self._period = start, control_period
         self._periods, self._steps = round(duration / control_period), round(control_period / stepper.step)
         self._step = stepper.step
+        self._is_limited = math.isfinite(stepper.stable_up_to)
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
         with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
@@ -174,7 +176,7 @@ class Simulation:
         observation = self._sensor.observe(self.state, self.time)
         fault, finger = self._find_fault()
         if fault != HEALTHY:
-            raise stopped(fault, finger, self.plant, self._last_good())
+            raise stopped(fault, finger, self.plant, self._last_good(), self._is_limited)
         if self._asking is not None and self._k % self._stride == 0:
             self._asking.ask(observation)
             self._asked_at = self._k
@@ -203,7 +205,7 @@ class Simulation:
                     self._pushes.apply(self.time + k * self._step, self.state.q)
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
-            raise broken_down(error, self.plant, self.time) from error
+            raise broken_down(error, self.plant, self.time, self._is_limited) from error
         except SofthandError:
             raise
         except Exception as error:
