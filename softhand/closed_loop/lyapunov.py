@@ -63,8 +63,8 @@ class Lyapunov(Record):
     """
 
     units: ClassVar = {
-        "recorded": "1", "time": "s", "kinetic": "J", "spring": "J", "deformation": "J", "value": "J", "rate": "W", "dissipation": "W",
-        "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W", "remainder": "W",
+        "recorded": "1", "time": "s", "kinetic": "J", "spring": "J", "deformation": "J", "value": "J", "rate": "W",
+        "dissipation": "W", "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W", "remainder": "W",
     }  # fmt: skip
 
     recorded: int
@@ -185,9 +185,7 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
         if progress is not None and k % 20 == 0:
             progress(float(k * stride))
     smallest, use = (np.array([getattr(one, name) for one in examined]) for name in ("smallest", "use"))
-    return _along(
-        recording, recorded, gains, parts, torques, InvariantSeries(recording.time[::every], smallest, use)
-    )
+    return _along(recording, recorded, gains, parts, torques, InvariantSeries(recording.time[::every], smallest, use))
 
 
 def _along(

@@ -13,11 +13,13 @@ from softhand.commands.console import (
     Plugins,
     Quiet,
     Set,
+    check_folder,
     console,
-    escape,
     make_folder,
     new_folder,
+    plain,
     progress,
+    say,
     say_compiling,
     write_text,
 )
@@ -53,6 +55,7 @@ def compare(
     What is not named is that of the scenario. Where neither is, the paper's line of work is run: controllers under the
     law of the scenario, then other laws under its controller.
     """
+    check_folder(out)
     say_compiling(quiet)
     from softhand.errors import SimulationStopped
     from softhand.plots.style import save_figure
@@ -89,7 +92,7 @@ def compare(
     save(rows)
     if not quiet:
         _print_rows(rows)
-        console().print(f"wrote comparison.png, comparison.csv in {folder}/", highlight=False)
+        say(f"wrote comparison.png, comparison.csv in {folder}/")
     if not any(row.performance for row in rows):
         raise typer.Exit(1)
 
@@ -97,16 +100,16 @@ def compare(
 def _print_rows(rows: list[Row]) -> None:
     from rich.table import Table
 
-    from softhand.studies.compare import CAPTION, COLUMNS, labels
+    from softhand.studies.compare import CAPTION, headings, labels
 
     table = Table(box=None, padding=(0, 1, 0, 0), caption=f"\n{CAPTION}", caption_justify="left", caption_style="dim")
     table.add_column("run", overflow="fold", min_width=18)
-    for name in COLUMNS:
-        table.add_column(escape(name), justify="right", no_wrap=True)
+    for name in headings(rows):
+        table.add_column(plain(name), justify="right", no_wrap=True)
     names = labels(rows)
     for name, row in zip(names, rows, strict=True):
-        table.add_row(escape(name), *row.cells())
+        table.add_row(plain(name), *map(plain, row.cells()))
     console().print(table)
     for name, row in zip(names, rows, strict=True):
         if row.outcome:
-            console().print(f"[yellow]{escape(name)}[/] {escape(row.outcome)}", highlight=False)
+            say(f"{name}: {row.outcome}", "note")

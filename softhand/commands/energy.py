@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, print_table, say_compiling
+from softhand.commands.console import Quiet, figure_beside, print_table, say, say_compiling
 from softhand.commands.runs import load_run
 
 _POINTS = 201
@@ -24,6 +24,7 @@ def energy(
     quiet: Quiet = False,
 ) -> None:
     """Draw the energy ledger of a run: work of the joints, kinetic, height, tips, damping, slip, and what is left."""
+    target = figure_beside(recording, "energy.png", out)
     say_compiling(quiet)
     import numpy as np
 
@@ -35,8 +36,7 @@ def energy(
     run = load_run(recording)
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
     ledger = energy_ledger(run, samples=samples)
-    target = out or recording.parent / "energy.png"
     save_figure(draw_energy(ledger, scenario_of(run).title), target)
     if not quiet:
         print_table(f"{recording}", ledger.rows())
-        console().print(f"wrote {target}", highlight=False)
+        say(f"wrote {target}")

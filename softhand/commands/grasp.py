@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Plugins, Quiet, Set, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Plugins, Quiet, Set, check_figure, print_table, progress, say, say_compiling
 
 if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposals
@@ -52,7 +52,7 @@ def grasp(
         chosen = placement.scenario
         if not quiet:
             for key, value in placement.rows():
-                console().print(f"{key} = {value}", highlight=False, markup=False)
+                say(f"{key} = {value}")
     if propose:
         from softhand.grasping.proposals import propose_grasps
 
@@ -68,7 +68,7 @@ def grasp(
         print_table("the grasp as a whole", quality.rows())
     save_figure(draw_grasp(quality, title), out)
     if not quiet:
-        console().print(f"wrote {out}", highlight=False)
+        say(f"wrote {out}")
     if quality.refusal is not None:
         raise quality.refusal
 
@@ -76,5 +76,4 @@ def grasp(
 def _print_proposals(proposals: Proposals) -> None:
     print_table("proposals, best first", proposals.rows())
     for k, proposal in enumerate(proposals, start=1):
-        console().print(f"# proposal {k}", highlight=False)
-        console().print(proposal.section(), highlight=False, markup=False, soft_wrap=True)
+        say(f"# proposal {k}\n{proposal.section()}")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Quiet, figure_beside, print_table, progress, say, say_compiling
 from softhand.commands.runs import load_run
 
 
@@ -22,8 +22,7 @@ def lyapunov(
     quiet: Quiet = False,
 ) -> None:
     """Evaluate V of Theorem 1 along a run: its rate against the paper's (70), where it rises, and L of (60)."""
-    target = out or recording.parent / "lyapunov.png"
-    check_figure(target)
+    target = figure_beside(recording, "lyapunov.png", out)
     say_compiling(quiet)
     from softhand.closed_loop.lyapunov import lyapunov as find_lyapunov
     from softhand.plots.lyapunov import draw_lyapunov
@@ -37,5 +36,5 @@ def lyapunov(
     if not quiet:
         print_table(f"{recording}", found.rows())
         for note in found.notes():
-            console().print(f"[yellow]note:[/] {note}", highlight=False)
-        console().print(f"wrote {target}", highlight=False)
+            say(note, "note")
+        say(f"wrote {target}")

@@ -32,7 +32,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     workspace,
 )
 from softhand.commands.app import app
-from softhand.commands.console import error_console, escape
+from softhand.commands.console import say
 from softhand.commands.streams import finish_output, give_up, prepare_streams
 from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
@@ -62,17 +62,17 @@ def main() -> None:
     except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
         if isinstance(end, SystemExit) and end.code != INTERRUPTED:
             raise
-        error_console().print("interrupted", highlight=False)
+        say("interrupted", error=True)
         sys.exit(INTERRUPTED)
 
 
 def _say_error(text: str) -> None:
     try:
-        error_console().print(f"[bold red]error:[/] {escape(text)}", highlight=False, soft_wrap=True)
+        say(text, "error", error=True)
     except OSError:  # nobody can be told; the exit code says it
         give_up(sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
     """Warnings in plain words, without the line of code that they come from."""
-    error_console().print(f"[yellow]note:[/] {escape(str(message))}", highlight=False, soft_wrap=True)
+    say(str(message), "note", error=True)

@@ -16,14 +16,13 @@ from softhand.commands.console import (
     Plugins,
     Quiet,
     Set,
-    console,
-    error_console,
-    escape,
+    check_folder,
     make_folder,
     new_folder,
     print_events,
     print_table,
     progress,
+    say,
     say_compiling,
     write_text,
 )
@@ -60,6 +59,7 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
+    check_folder(out)
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario, with_law
 
@@ -105,10 +105,15 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly.build import build
+    from softhand.assembly.build import assemble
+    from softhand.assembly.resolve import resolve
+    from softhand.checks.target import doubts_of_target
     from softhand.simulation.interrupts import interrupts_held
 
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    for doubt in () if quiet else doubts_of_target(setup):
+        say(doubt, "warning", error=True)
+    simulation = assemble(setup)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
@@ -140,8 +145,7 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
     except RecordingError as error:
         other = Path(tempfile.mkdtemp(prefix=f"softhand-{folder.name}-"))
         recording.save(other / "run.nc")
-        message = f"{error} The results are in {other}/ instead."
-        error_console().print(f"[yellow]note:[/] {escape(message)}", highlight=False, soft_wrap=True)
+        say(f"{error} The results are in {other}/ instead.", "note", error=True)
         write_text(other / "scenario.toml", recording.scenario)
         folder = other
     if not (plot and len(recording)):
@@ -160,10 +164,10 @@ def _print_summary(recording: Recording, simulation: Simulation, folder: Path, f
     summary = summarize(recording)
     print_table(f"{folder}", summary.rows())
     if simulation.plant.pads["is_damped"].any():  # slow to sum
-        console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
+        say(f"energy since the start: softhand energy {folder}/run.nc")
     else:
         print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
     print_events(summary.events)
     for warning in summary.warnings():
-        console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
-    console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
+        say(warning, "note")
+    say(f"wrote {', '.join(files)} in {folder}/")

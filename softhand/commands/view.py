@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import console, escape, note_incomplete
+from softhand.commands.console import note_incomplete, say
 from softhand.commands.runs import load_run
 
 if TYPE_CHECKING:
@@ -44,18 +44,14 @@ def view(
         try:
             replay.wait()
         except KeyboardInterrupt:
-            _say("viewer closed")
+            say("viewer closed")
 
 
 def show_page(page: Page, open_page: bool, quiet: bool = False) -> None:
     """Say where a page is and what is left out of it; open it in the browser if there is one."""
     if not quiet:
-        _say(f"{escape(page.notice)}, Ctrl-C ends")
+        say(f"{page.notice}, Ctrl-C ends")
         for name in page.unread:
-            _say(f"[yellow]note:[/] the mesh {escape(name)} cannot be read and is left out")
+            say(f"the mesh {name} cannot be read and is left out", "note")
     if open_page:
         page.open()
-
-
-def _say(text: str) -> None:
-    console().print(text, highlight=False, soft_wrap=True)

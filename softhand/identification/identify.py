@@ -122,7 +122,9 @@ def identify(
     law_class = find_plugin("laws", law, "law") if isinstance(law, str) else law
     if friction is not None and not 0.0 < friction <= _LARGEST_FRICTION:
         raise MeasurementError(
-            f"friction: got {friction:g}; it must be above 0, at most {_LARGEST_FRICTION:g}.", column="friction", value=friction
+            f"friction: got {friction:g}; it must be above 0, at most {_LARGEST_FRICTION:g}.",
+            column="friction",
+            value=friction,
         )
     measurements = data if isinstance(data, Measurements) else read_measurements(
         [data] if isinstance(data, str | Path) else list(data))  # fmt: skip

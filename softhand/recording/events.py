@@ -187,22 +187,31 @@ def _apexes(recording: Recording) -> Iterator[Event]:
 def _torque_limits(recording: Recording) -> Iterator[Event]:
     if "torque_limited" not in recording.variables:
         return
+    units = _joint_units(recording, "joint_torque")
     for i, joint in enumerate(recording.labels["joint"]):
         for first, last in _spans(recording.torque_limited[:, i] != 0, recording.time):
             samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
-            figures = f"{recording.joint_torque[first, i]:.3g} N m, {samples} sample{'s' if samples > 1 else ''}"
+            figures = f"{recording.joint_torque[first, i]:.3g} {units[i]}, {samples} sample{'s' if samples > 1 else ''}"
             yield Event(_time(recording, first), "torque limit", joint, figures)
 
 
 def _joint_limits(recording: Recording) -> Iterator[Event]:
     if "joint_limited" not in recording.variables:
         return
+    units = _joint_units(recording, "joint_position")
     for i, joint in enumerate(recording.labels["joint"]):
         for side, name in ((1, "upper"), (-1, "lower")):
             for first, last in _spans(recording.joint_limited[:, i] == side, recording.time):
                 angle = recording.joint_position[first : last + 1, i]
-                figures = f"at {angle[0]:.4g} beyond the {name} limit, at most {side * np.max(side * angle):.4g}"
+                most = f"{side * np.max(side * angle):.4g} {units[i]}"
+                figures = f"at {angle[0]:.4g} {units[i]} beyond the {name} limit, at most {most}"
                 yield Event(_time(recording, first), "joint limit", joint, figures)
+
+
+def _joint_units(recording: Recording, name: str) -> tuple[str, ...]:
+    """Unit of an array of each joint."""
+    units = recording.units(name)
+    return units if len(units) > 1 else units * len(recording.labels["joint"])
 
 
 def _time(recording: Recording, sample: int | np.signedinteger) -> float:

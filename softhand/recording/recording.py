@@ -23,6 +23,7 @@ import numpy as np
 from softhand.errors import RecordingError
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.reading import RESERVED, read_fields
+from softhand.recording.units import units_along
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
 from softhand.recording.whole_file import write_whole
 
@@ -88,6 +89,13 @@ class Recording:
         end = "complete" if self.complete else f"incomplete: {self.reason}"
         contacts = len(self.labels.get("contact", ()))
         return f"<Recording: {self.stop_time:g} s, {len(self)} samples, {contacts} contacts, {end}>"
+
+    def units(self, name: str) -> tuple[str, ...]:
+        """Unit of an array, or one for each place along its last dimension where they differ.
+
+        A joint that slides has m, m/s and N, as far as the URDF of the hand is in the recording.
+        """
+        return units_along(name, self.labels, self.hand_urdf)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write NetCDF-4, whole or not at all: first to PATH.partial, which then takes the name PATH.
@@ -231,13 +239,15 @@ def _to_netcdf(recording: Recording) -> bytes:
             variable.attrs["long_name"] = f"label along {dim}"
         for name, array in recording.variables.items():
             variable = file.create_variable(name, VARIABLES[name].dims, data=array)
-            variable.attrs.update(units=VARIABLES[name].units, long_name=VARIABLES[name].long_name)
+            units = recording.units(name)
+            key, value = ("units", units[0]) if len(units) == 1 else ("component_units", list(units))
+            variable.attrs.update({key: value, "long_name": VARIABLES[name].long_name})
     return buffer.getvalue()
 
 
 def _to_csv(recording: Recording) -> bytes:
     """Encode the recording as CSV, each float as the shortest text that reads back the same."""
-    header = [column for name in recording.variables for column in _columns(name, recording.labels)]
+    header = [column for name in recording.variables for column in _columns(name, recording)]
     samples = len(recording)
     columns = [
         c for array in recording.variables.values() for c in array.reshape(samples, prod(array.shape[1:])).T.tolist()
@@ -249,9 +259,8 @@ def _to_csv(recording: Recording) -> bytes:
     return text.getvalue().encode()
 
 
-def _columns(name: str, labels: Mapping[str, tuple[str, ...]]) -> list[str]:
+def _columns(name: str, recording: Recording) -> list[str]:
     """Name the columns of one variable: its name, the label along each dimension, and the unit."""
-    variable = VARIABLES[name]
-    units = variable.units.replace("/", "_per_").replace(" ", "_").split(",_")
-    cells = product(*(_labels_of(dim, labels) for dim in variable.dims[1:]))
+    units = [unit.replace("/", "_per_").replace(" ", "_") for unit in recording.units(name)]
+    cells = product(*(_labels_of(dim, recording.labels) for dim in VARIABLES[name].dims[1:]))
     return ["_".join((name, *cell, units[i % len(units)])).removesuffix("_1") for i, cell in enumerate(cells)]

@@ -15,6 +15,7 @@ from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
+from softhand.settings.failures import failure
 
 
 class Actuators:
@@ -90,7 +91,7 @@ class Asking:
                 self.memory = self._controller.start(observation)
                 self._has_started = True
             result = self._controller.torque(observation, self.memory)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise self._raised(error, observation.time) from error
         if not (type(result) is tuple and len(result) == 2):
             raise self.bad(
@@ -117,7 +118,7 @@ class Asking:
         """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
         if isinstance(error, ScenarioError | ControllerError):
             return error
-        return self.bad(f"raised {type(error).__name__}: {error}", time)
+        return self.bad(f"raised {failure(error)}", time)
 
     def bad(self, what: str, time: float) -> ControllerError:
         """The error for a controller at fault."""

@@ -24,6 +24,8 @@ _STUCK = 1.0 - 1e-6  # use of the limit surface
 _LEVEL = 1e-9  # sine of the angle between gravity and the normal of the table
 _MOST_STEPS, _SMALL = 300, 2e-3  # of the settling; how long one is at most, in the same measure as the next
 _NEAR, _LEAST_DRAG = 1e-2, 1e-6
+_LET_GO = 4.0  # from one load to the next
+_CORRECTIONS = 3  # at each
 _STEP = 1e-6  # of derivatives, over the size of the object and in [rad]
 
 
@@ -74,12 +76,20 @@ def resting_pose(plant: Plant, q: Array) -> Rest:
     if left > 0.0 and "palm" in names:
         place.sticks = True
         step, left = _balance(place)
-    far = np.any(np.abs(step[:3]) > _MOVED / place.size) or np.any(np.abs(step[3:]) > _TILTED)
+    far = place.is_far(step)
     if left > 0.0 or far or place.slides(step):
+        told = f"it is {1e3 * abs(gap):.3g} mm {'above' if gap > 0.0 else 'deep in'} it where it is lowest"
+        remedy = (
+            f"put it there within {1e3 * _MOVED:g} mm, and within {math.degrees(_TILTED):.2g} deg of where it rests "
+            "and friction holds it"
+        )
+        if left == 0.0 and far:
+            x, y, z = place.moved(step)[0]
+            turn = math.degrees(float(np.linalg.norm(step[3:])))
+            told += f", and rests {1e3 * place.size * np.linalg.norm(step[:3]):.3g} mm and {turn:.2g} deg from there"
+            remedy += f"; its object.position is about [{x:.5g}, {y:.5g}, {z:.5g}]"
         raise GraspError(
-            f"the object does not stand on the {' and the '.join(names)} at object.position: it is {1e3 * gap:.3g} mm "
-            f"above it where it is lowest; put it there within {1e3 * _MOVED:g} mm, and within "
-            f"{math.degrees(_TILTED):.2g} deg of where it rests and friction holds it.",
+            f"the object does not stand on the {' and the '.join(names)} at object.position: {told}; {remedy}.",
             finger="", quantity="height", value=gap,
         )  # fmt: skip
     return place.rest(step)
@@ -90,8 +100,10 @@ def _balance(place: _Place) -> tuple[Array, float]:
     bound = np.array([_MOVED / place.size] * 3 + [_TILTED] * 3) + np.abs(place.first[:3]).max()
     balanced = _BALANCED + 10.0 * np.finfo(float).eps * float(np.linalg.norm(place.slope(place.first)))
     step, left = find_root(place.excess, place.slope, [place.first], -bound, bound, balanced)
-    if left > balanced:
-        step, left = find_root(place.excess, place.slope, [place.settled(bound)], -bound, bound, balanced)
+    for start in (place.unloaded, place.settled):
+        if left > balanced or place.is_far(step):
+            found = find_root(place.excess, place.slope, [start(bound)], -bound, bound, balanced)
+            step, left = found if found[1] <= max(left, balanced) else (step, left)
     return step, left if left > balanced else 0.0
 
 
@@ -103,6 +115,7 @@ class _Place:
         size: radius of gyration, about [m].
         first: the step at which it touches first.
         sticks: whether friction holds it where it touched first.
+        load: what it weighs, in multiples of its weight.
     """
 
     def __init__(self, plant: Plant, q: Array) -> None:
@@ -111,7 +124,7 @@ class _Place:
         g = float(np.linalg.norm(gravity))
         self.weight, self._down = float(inertia.mass) * g, gravity / g if g > 0.0 else gravity
         self.size = math.sqrt(float(np.trace(inertia.inertia)) / float(inertia.mass))
-        self.first, self.sticks = np.zeros(6), False
+        self.first, self.sticks, self.load = np.zeros(6), False, 1.0
         self._position, self._rotation = world.object_position(q).copy(), world.object_rotation(q)
         self._q, self._lever = q.copy(), inertia.lever
         self._v, self._z = np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))
@@ -152,7 +165,7 @@ class _Place:
         arms = contacts["point"] - position - rotation @ self._lever
         torsions = (self._signs * contacts["force"][:, 3])[:, None] * contacts["rotation"][:, :, 2]
         moment = np.sum(np.cross(arms, forces) + torsions, axis=0)
-        return np.concatenate([forces.sum(axis=0) / self.weight + self._down, moment / (self.weight * self.size)])
+        return np.concatenate([forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)])
 
     def slope(self, step: Array) -> Array:
         """Derivatives of `excess`, by central differences, shape (6, 6)."""
@@ -172,6 +185,28 @@ class _Place:
                 break
             step = step + ways @ (along / (np.maximum(values, 0.0) + drag))
         return np.clip(step, -bound, bound)
+
+    def unloaded(self, bound: Array) -> Array:
+        """Near to where it comes to rest if it is pressed onto all that may carry it, and let go little by little.
+
+        A light object on stiff feet sinks less than it is askew, so that its own weight does not bring the next foot
+        down.
+        """
+        step = self.first.copy()
+        step[:3] += _TILTED * self._down
+        self.load = 0.0
+        self.load = max(1.0, float(-self._down @ self.excess(step)[:3]))
+        while True:
+            for _ in range(_CORRECTIONS):
+                step = step - np.linalg.lstsq(self.slope(step), self.excess(step), rcond=1e-10)[0]
+            if self.load == 1.0 or np.any(np.abs(step) > bound + _TILTED):
+                self.load = 1.0
+                return np.clip(step, -bound, bound)
+            self.load = max(1.0, self.load / _LET_GO)
+
+    def is_far(self, step: Array) -> bool:
+        """Whether a step goes further than an object may be from where it rests."""
+        return bool(np.any(np.abs(step[:3]) > _MOVED / self.size) or np.any(np.abs(step[3:]) > _TILTED))
 
     def _touch(self, step: Array) -> None:
         """Evaluate the plant with the object there."""

@@ -11,7 +11,7 @@ from softhand.contact.grasp_map import grasp_map
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
 from softhand.model.arm import Arm
-from softhand.model.world import World
+from softhand.model.world import World, slides_of
 from softhand.numerics.arrays import Array
 
 
@@ -79,8 +79,9 @@ def check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
         torque += arm.point_jacobian(i, point).T @ force
     worst = int(np.argmax(np.abs(torque) / world.effort_limit))
     if abs(torque[worst]) > world.effort_limit[worst]:
+        unit = "N" if slides_of(world)[worst] else "N m"
         raise GraspError(
-            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} N m at the start; its effort limit is "
-            f"{world.effort_limit[worst]:.3g} N m. Lower grasp.internal_force or the object's mass.",
+            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} {unit} at the start; its effort limit "
+            f"is {world.effort_limit[worst]:.3g} {unit}. Lower grasp.internal_force or the object's mass.",
             finger=world.joint_names[worst], quantity="torque", value=float(torque[worst]),
         )  # fmt: skip

@@ -97,6 +97,13 @@ class Row:
         return tuple(map(_as_text, self.numbers()))
 
 
+def headings(rows: Sequence[Row]) -> tuple[str, ...]:
+    """`COLUMNS` for the hand of some rows: the effort of joints that slide is a force."""
+    units = next((row.recording.units("joint_torque") for row in rows if row.recording is not None), ("N m",))
+    unit = ", ".join(sorted(set(units), reverse=True))
+    return tuple(name.replace("[N m]", f"[{unit}]") for name in COLUMNS)
+
+
 def _as_text(value: float) -> str:
     if math.isnan(value) or math.isinf(value):
         return "-" if math.isnan(value) else "never"
@@ -189,7 +196,7 @@ def to_csv(rows: Sequence[Row]) -> str:
     """The table with all digits, one row a run."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["law", "controller", *(name.replace("\n", " ") for name in COLUMNS), "outcome"])
+    writer.writerow(["law", "controller", *(name.replace("\n", " ") for name in headings(rows)), "outcome"])
     for row in rows:
         writer.writerow([row.law, row.controller, *row.numbers(), row.outcome])
     return text.getvalue()
