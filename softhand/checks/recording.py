@@ -13,7 +13,7 @@ from softhand.assembly.probe import recorded_scenario
 from softhand.errors import RecordingError, SofthandError
 from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
-from softhand.recording.sound import ROUNDING, samples, unsound, when
+from softhand.recording.sound import ROUNDING, count_of, unsound, when
 from softhand.recording.variables import LABELLED_DIMS, VARIABLES
 from softhand.scenario.scenario import Scenario
 from softhand.version import __version__
@@ -107,7 +107,7 @@ def _rotations(recording: Recording) -> Iterator[str]:
     with np.errstate(invalid="ignore"):
         bad = np.flatnonzero(((off > ROUNDING) | (np.linalg.det(R) < 0.0)).any(axis=1))
     if bad.size:
-        yield f"contact_rotation is no rotation in {samples(bad.size)}, first {when(recording, bad[0])}."
+        yield f"contact_rotation is no rotation in {count_of(bad.size)}, first {when(recording, bad[0])}."
 
 
 def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
@@ -130,7 +130,7 @@ def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
         text = "never"
         if samples.size:
             first = who[int(np.argmax(holds[samples[0]]))]
-            text = f"{samples(samples.size)}, first {when(recording, samples[0])} ({first})"
+            text = f"{count_of(samples.size)}, first {when(recording, samples[0])} ({first})"
         yield name, int(samples.size), text
 
 

@@ -64,7 +64,8 @@ class Lyapunov(Record):
 
     units: ClassVar = {
         "recorded": "1", "time": "s", "kinetic": "J", "spring": "J", "deformation": "J", "value": "J", "rate": "W",
-        "dissipation": "W", "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W", "remainder": "W",
+        "dissipation": "W", "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W",
+        "remainder": "W",
     }  # fmt: skip
 
     recorded: int

@@ -57,7 +57,7 @@ def _not_numbers(recording: Recording) -> Iterator[str]:
         if bad.any():
             found, where = array[bad], np.flatnonzero(bad.reshape(len(array), -1).any(axis=1))
             kind = "NaN" if np.isnan(found).any() else "infinity" if np.isinf(found).any() else f"{found[0]:.3g}"
-            yield f"{name} is {kind} in {samples(where.size)}, first {when(recording, where[0])}."
+            yield f"{name} is {kind} in {count_of(where.size)}, first {when(recording, where[0])}."
 
 
 def _time(recording: Recording) -> Iterator[str]:
@@ -75,7 +75,7 @@ def _time(recording: Recording) -> Iterator[str]:
         yield f"time is not even: {steps[k]:g} s to the sample at {time[k + 1]:g} s, {step:g} s on average."
 
 
-def samples(count: int) -> str:
+def count_of(count: int) -> str:
     """So many samples."""
     return f"{count} sample{'' if count == 1 else 's'}"
 

@@ -114,7 +114,7 @@ class Asking:
             )
         return command
 
-    def _raised(self, error: Exception, time: float) -> SofthandError:
+    def _raised(self, error: BaseException, time: float) -> SofthandError:
         """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
         if isinstance(error, ScenarioError | ControllerError):
             return error
