@@ -80,9 +80,10 @@ def test_a_stream_is_for_our_own_page(replay: Replay, origin: str, status: int) 
 
 
 @pytest.mark.parametrize(("given", "asked", "known"), [
-    ("127.0.0.1", "hand.example", False), ("hand.example", "hand.example:70", True), ("hand.example", "HAND.example", True),
-    ("hand.example", "other.example", False), ("192.0.2.7", "192.0.2.7", True), ("192.0.2.7", "192.0.2.8", False),
-    ("0.0.0.0", "192.0.2.8", True), ("::", "[2001:db8::1]:7000", True), ("0.0.0.0", "evil.example", False),
+    ("127.0.0.1", "hand.example", False), ("hand.example", "hand.example:70", True),
+    ("hand.example", "HAND.example", True), ("hand.example", "other.example", False),
+    ("192.0.2.7", "192.0.2.7", True), ("192.0.2.7", "192.0.2.8", False), ("0.0.0.0", "192.0.2.8", True),
+    ("::", "[2001:db8::1]:7000", True), ("0.0.0.0", "evil.example", False),
     ("0.0.0.0", socket.gethostname(), True), ("hand.example", "localhost", True),
 ])  # fmt: skip
 def test_the_name_that_the_user_gave_is_ours_too(given: str, asked: str, known: bool) -> None:

@@ -18,11 +18,10 @@ class BoundedServer(HTTPServer):
     Streams of frames are not among them: they are as many as there are pages.
     """
 
-    def initialize(self, *args: Any, **settings: Any) -> None:
+    def initialize(self, answers: Any) -> None:  # type: ignore[override]
         """Called by tornado."""
         self._count = 0
-        bounds = {"idle_connection_timeout": IDLE, "body_timeout": IDLE, "max_body_size": _BODY}
-        super().initialize(*args, **bounds, **settings)
+        super().initialize(answers, idle_connection_timeout=IDLE, body_timeout=IDLE, max_body_size=_BODY)
 
     def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
         """A new connection."""
