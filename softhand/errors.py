@@ -65,7 +65,8 @@ class SimulationStopped(SofthandError):
     recording: Any = None
     """All that was computed; None outside of `Simulation.run`."""
     reason: str = ""
-    """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `given up`, `interrupted`."""
+    """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `given up`, `interrupted`,
+    `lost`."""
     time: float = 0.0
     """Of the last good sample [s]."""
     finger: str = ""
