@@ -24,17 +24,18 @@ import importlib, json, sys
 from pathlib import Path
 import softhand.numerics.compiled as compiled
 package = Path(compiled.__file__).parents[1]
-folders = lambda: {name: str(importlib.reload(compiled).kernels_of(name)) for name in reached}
 reached, unseen = json.loads(sys.argv[1]), []
-before = folders()
-assert before == folders()
+before = {name: str(compiled.kernels_of(name)) for name in reached}
 for changed in sorted({name for names in reached.values() for name in names}):
     file = package.joinpath(*changed.split(".")).with_suffix(".py")
     source = file.read_text()
     file.write_text(source + "# changed")
-    after = folders()
+    importlib.reload(compiled)
+    concerned = [name for name in reached if changed in reached[name]]
+    unseen += [(name, changed) for name in concerned if str(compiled.kernels_of(name)) == before[name]]
     file.write_text(source)
-    unseen += [(name, changed) for name in reached if changed in reached[name] and after[name] == before[name]]
+importlib.reload(compiled)
+assert before == {name: str(compiled.kernels_of(name)) for name in reached}
 print(json.dumps(unseen))
 """
 
