@@ -61,6 +61,7 @@ def compare(
     from softhand.plots.style import save_figure
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario
+    from softhand.simulation.interrupts import interrupts_held
     from softhand.studies.compare import compare as run
     from softhand.studies.compare import draw, pairs, split_choices, to_csv
 
@@ -76,8 +77,9 @@ def compare(
     title = task.description or "softhand comparison"
 
     def save(rows: list[Row]) -> None:
-        write_text(folder / "comparison.csv", to_csv(rows))
-        save_figure(draw(rows, title), folder / "comparison.png")
+        with interrupts_held():
+            write_text(folder / "comparison.csv", to_csv(rows))
+            save_figure(draw(rows, title), folder / "comparison.png")
 
     try:
         with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:

@@ -221,11 +221,23 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
+def remove_old(folder: Path, *names: str) -> None:
+    """Remove results of an older run, beside which those of a new one would be taken for theirs.
+
+    Raises:
+        SofthandError: one cannot be removed.
+    """
+    for name in names:
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise SofthandError(
+                f"{folder / name}: cannot be replaced: {error.strerror}; choose another folder with --out."
+            ) from error
+
+
 def write_text(file: Path, text: str) -> None:
-    """Write a text; SofthandError if that cannot be."""
-    try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SofthandError(
-            f"{file}: cannot be written: {error.strerror}; choose another folder with --out."
-        ) from error
+    """Write a text, whole or not at all; RecordingError if that cannot be."""
+    from softhand.recording.whole_file import write_whole
+
+    write_whole(file, lambda: text.encode())

@@ -22,6 +22,7 @@ from softhand.commands.console import (
     print_events,
     print_table,
     progress,
+    remove_old,
     say,
     say_compiling,
     write_text,
@@ -117,18 +118,17 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
-        (folder / "run.nc").unlink(missing_ok=True)  # of an older run, beside a scenario that it is not of
+        remove_old(folder, "run.nc", "figure.png")
         write_text(folder / "scenario.toml", simulation.scenario)
-        try:
-            with progress("simulating", scenario.duration, quiet) as report:
-                recording = simulation.run(report, watch)
-        except SimulationStopped as stop:
-            with interrupts_held():
-                folder, _ = _save(stop.recording, folder, plot)
-            stop.say_more(f"\nWhat was computed until then is in {folder}/.")
-            raise
-    with interrupts_held() as held:
-        folder, files = _save(recording, folder, plot)
+        with interrupts_held() as held:  # but for the loop
+            try:
+                with progress("simulating", scenario.duration, quiet) as report:
+                    recording = simulation.run(report, watch)
+            except SimulationStopped as stop:
+                where = _save(stop.recording, folder, plot)[0]
+                stop.say_more(f"\nWhat was computed until then is in {where}/.")
+                raise
+            folder, files = _save(recording, folder, plot)
     if held.came:
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
     if not quiet:
@@ -138,23 +138,28 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
 def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:
     """Write the results; returns the folder and the names of the files in it.
 
-    Where the folder is gone or the disk is full, they go to a new one among the temporary files.
+    Where the folder is gone or the disk is full, they go to a new one among the temporary files. A figure that cannot
+    be written is told of, and no more.
     """
     try:
         recording.save(folder / "run.nc")
     except RecordingError as error:
         other = Path(tempfile.mkdtemp(prefix=f"softhand-{folder.name}-"))
         recording.save(other / "run.nc")
-        say(f"{error} The results are in {other}/ instead.", "note", error=True)
+        say(f"{error}. The results are in {other}/ instead.", "note", error=True)
         write_text(other / "scenario.toml", recording.scenario)
         folder = other
-    if not (plot and len(recording)):
-        return folder, ["scenario.toml", "run.nc"]
-    from softhand.plots.run import draw_run
-    from softhand.plots.style import save_figure
+    files = ["scenario.toml", "run.nc"]
+    if plot and len(recording):
+        from softhand.plots.run import draw_run
+        from softhand.plots.style import save_figure
 
-    save_figure(draw_run(recording), folder / "figure.png")
-    return folder, ["scenario.toml", "run.nc", "figure.png"]
+        try:
+            save_figure(draw_run(recording), folder / "figure.png")
+            files.append("figure.png")
+        except RecordingError as error:
+            say(f"{error}. The recording is whole.", "note", error=True)
+    return folder, files
 
 
 def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:

@@ -98,7 +98,7 @@ class Recording:
         return units_along(name, self.labels, self.hand_urdf)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write NetCDF-4, whole or not at all: first to PATH.partial, which then takes the name PATH.
+        """Write NetCDF-4, whole or not at all: first to a file beside it, which then takes the name PATH.
 
         Args:
             path: file to write; an older one is replaced.

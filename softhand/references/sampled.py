@@ -35,7 +35,7 @@ def sample(name: str, at: Callable[[float], Goal], now: Array, twist: Array) -> 
             _fill(at, time, now, twist)
         except SofthandError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             what = f"fails: {error}" if isinstance(error, _Refused) else f"raised {failure(error)}"
             message = f"reference '{name}' {what} (at t = {time:g} s)."
             raise SimulationStopped(message, reason="reference", time=time) from error

@@ -106,7 +106,7 @@ class Asking:
     def _checked(self, result: Any, time: float) -> Array:
         command = as_numbers(result)
         if command is None:
-            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time)
+            raise self.bad(f"returned {result!r} as torque, which is no array of real numbers", time)
         if command.shape != self._shape:
             raise self.bad(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; the hand has {self._shape[0]} joints",

@@ -22,7 +22,7 @@ from softhand.settings.failures import blaming, failure
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
-from softhand.simulation.interrupts import interrupts_held
+from softhand.simulation.interrupts import interruptible, interrupts_held
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
@@ -249,20 +249,26 @@ class Simulation:
         samples.turns = dict(self._turns)
         self._began = clock.perf_counter()
         try:
-            for k in range(first, last + 1):
-                self.sample()
-                samples.record()
-                if k == first:
-                    self._began = clock.perf_counter()  # the first sample may compile the controller
-                if progress is not None and k % _REPORT_EVERY == 0:
+            with interruptible():
+                for k in range(first, last + 1):
+                    self.sample()
+                    samples.record()
+                    if k == first:
+                        self._began = clock.perf_counter()  # the first sample may compile the controller
+                    if progress is not None and k % _REPORT_EVERY == 0:
+                        progress(self.time)
+                    if watch is not None:
+                        watch(self.observation)
+                    if k < last:
+                        self.step()
+                if progress is not None:
                     progress(self.time)
-                if watch is not None:
-                    watch(self.observation)
-                if k < last:
-                    self.step()
+            with interrupts_held() as held:
+                recording = self._finish(samples, first, "")
         except SimulationStopped as stop:
-            stop.say_more(approach(samples.contact_angles()[:, :, 1], self.plant) if len(samples) else "")
-            stop.recording = self._finish(samples, first, str(stop))
+            with interrupts_held():
+                stop.say_more(approach(samples.contact_angles()[:, :, 1], self.plant) if len(samples) else "")
+                stop.recording = self._finish(samples, first, str(stop))
             raise
         except KeyboardInterrupt as interrupt:
             time = round(self._period * (first + max(len(samples) - 1, 0)), 12)
@@ -270,15 +276,11 @@ class Simulation:
             with interrupts_held():
                 recording = self._finish(samples, first, message)
             raise SimulationStopped(message, recording=recording, reason="interrupted", time=time) from interrupt
-        with interrupts_held() as held:
-            recording = self._finish(samples, first, "")
         if held.came:
             raise SimulationStopped(
                 f"interrupted after the last sample, at t = {recording.stop_time:g} s; the run is complete",
                 recording=recording, reason="interrupted", time=recording.stop_time,
             )  # fmt: skip
-        if progress is not None:
-            progress(self.time)
         return recording
 
     def _resume(self, state: State, carried: Carried) -> None:
