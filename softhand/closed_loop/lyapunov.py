@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
+from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.closed_loop.gains import Gains, read_gains
 from softhand.closed_loop.invariant_set import InvariantSeries, examine
 from softhand.closed_loop.storage import Storage, evaluate
@@ -172,6 +172,7 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
     scenario = recorded_scenario(recording)
     probe = Probe.of_scenario(scenario)
     probe.require_polar()
+    check_states(probe.plant, recording, "joint_torque", "internal_force")
     gains = read_gains(scenario, probe.plant.world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []
     torques, examined = np.empty_like(recording.joint_torque), []

@@ -22,7 +22,8 @@ _VALUES = (
 _BODIES = (
     "", "    while dr > 1e-5:\n        pass\n", "    for k in range(10):\n        dr = 0.5 * (dr + dr)\n",
     "    raise ValueError('no')\n", "    raise SystemExit(3)\n", "    return\n", "    return force(dr)\n",
-    "    if dr > 1e-3:\n        return 1.0\n", "    dr = [dr] * 3\n    dr = dr[0]\n", "    import os\n", "    dr = {}[dr]\n",
+    "    if dr > 1e-3:\n        return 1.0\n", "    dr = [dr] * 3\n    dr = dr[0]\n",
+    "    import os\n", "    dr = {}[dr]\n",
 )  # fmt: skip
 _RETURNS = ("return {0}, {1}, {2}, {3}", "return {0}", "return {0}, {1}, {2}", "return [{0}, {1}, {2}, {3}]", "pass",
             "return {0}, {1}, {2}, {3}, {0}", "yield {0}", "return '{0}'")  # fmt: skip
@@ -37,7 +38,8 @@ def short_run() -> Recording:
 
 def try_law(rng: random.Random, folder: Path) -> str:
     """A law in a file of a user, compiled."""
-    values = [rng.choice(_VALUES) if rng.random() < 0.15 else f"1e3 * {name}" for name in ("dr", "dtheta", "dphi", "dpsi")]
+    names = ("dr", "dtheta", "dphi", "dpsi")
+    values = [rng.choice(_VALUES) if rng.random() < 0.15 else f"1e3 * {name}" for name in names]
     body = rng.choice(_BODIES) if rng.random() < 0.5 else ""
     last = rng.choice(_RETURNS) if rng.random() < 0.3 else _RETURNS[0]
     arguments = rng.choice(["dr, dtheta, dphi, dpsi, phi, radius, k_r"] * 5 + ["dr", "*args", "self, dr", "dr, **more"])
@@ -47,7 +49,8 @@ def try_law(rng: random.Random, folder: Path) -> str:
     indented = "".join(f"    {line}\n" for line in (body + "    " + last.format(*values)).splitlines())
     name = _name("Law")
     source = (f"import math\nimport numba\nfrom softhand.laws.law import Law\n\nclass {name}(Law):\n"
-              f"    coordinates = '{coordinates}'\n    {field}\n\n    {static}\n    def force({arguments}):\n{indented}")  # fmt: skip
+              f"    coordinates = '{coordinates}'\n    {field}\n\n    {static}\n"
+              f"    def force({arguments}):\n{indented}")  # fmt: skip
     law = _plugin("laws", source, folder, name)
     made = compile_law(law(radius=0.01))
     return "taken" if made else "refused"
@@ -56,7 +59,7 @@ def try_law(rng: random.Random, folder: Path) -> str:
 def try_controller(rng: random.Random, folder: Path) -> str:
     """A controller in a file of a user, asked for some torques."""
     torque = rng.choice(["np.zeros(9)"] * 3 + [
-        "np.zeros(8)", "np.full(9, np.nan)", "1.0", "None", "'text'", "np.zeros((9, 1))", "[0.0] * 9", "np.zeros(9) * 1j",
+        "np.zeros(8)", "np.full(9, np.nan)", "1.0", "None", "'text'", "np.zeros((9, 1))", "[0.0] * 9", "1j * np.ones(9)",
         "np.full(9, 1e308)", "['a'] * 9", "[None] * 9", "observation.joint_position * 1e200", "np.zeros(9, bool)",
     ])  # fmt: skip
     body = rng.choice(["pass"] * 3 + [

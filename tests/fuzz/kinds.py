@@ -101,7 +101,7 @@ def _change_arrays(rng: random.Random, file: Path) -> None:
                     attribute = rng.choice(sorted(hdf.attrs))
                     old = hdf.attrs[attribute]
                     text = mutated_text(rng, old) if isinstance(old, str) else rng.choice(NUMBERS)
-                    hdf.attrs[attribute] = rng.choice([text.replace("\0", ""), value, [1, 2], np.array(["a", "b"], "S")])
+                    hdf.attrs[attribute] = rng.choice([text.replace("\0", ""), value, [1, 2], np.array(["a"], "S")])
 
 
 def try_csv(rng: random.Random, folder: Path) -> str:

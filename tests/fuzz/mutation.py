@@ -57,7 +57,8 @@ def _replaced(rng: random.Random, text: str, what: re.Pattern[str], by: str) -> 
 
 def _letters(rng: random.Random, text: str) -> str:
     start = rng.randint(0, len(text))
-    return text[:start] + rng.choice([*WORDS, *NUMBERS, chr(rng.randrange(1, 0x3000))]) + text[start + rng.choice([0, 1, 9]) :]
+    put = rng.choice([*WORDS, *NUMBERS, chr(rng.randrange(1, 0x3000))])
+    return text[:start] + put + text[start + rng.choice([0, 1, 9]) :]
 
 
 def _line(rng: random.Random, text: str) -> str:

@@ -1,4 +1,4 @@
-"""Requests to the live page: bytes, addresses and messages of strangers. It answers the next honest one all the same."""
+"""Requests to the live page: bytes, addresses, messages of strangers. It answers the next honest one all the same."""
 
 from __future__ import annotations
 
@@ -69,8 +69,8 @@ def _attempt(rng: random.Random, stranger: socket.socket, port: int) -> None:
             return
         key = base64.b64encode(bytes(16)).decode()
         stranger.sendall(
-            f"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
-            f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+            f"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\n"
+            f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
         )
         stranger.recv(4096)
         for _ in range(rng.randint(1, 5)):
@@ -82,10 +82,12 @@ def _attempt(rng: random.Random, stranger: socket.socket, port: int) -> None:
 
 
 def _request(rng: random.Random, port: int) -> bytes:
-    path = rng.choice(["/", "/live.js", "/../../etc/passwd", "/%2e%2e/x", "/scene.json", "/stream", "/\0", "/?" + "a" * 70000])
+    path = rng.choice(["/", "/live.js", "/../../etc/passwd", "/%2e%2e/x", "/scene.json", "/stream", "/\0",
+                       "/?" + "a" * 70000])  # fmt: skip
     method = rng.choice(["GET"] * 5 + ["POST", "HEAD", "PUT", "X" * 3000, ""])
     host = rng.choice([f"127.0.0.1:{port}", "evil.example", "", "[::1", "a" * 5000, "127.0.0.1:99999999"])
-    more = rng.choice(["", "Content-Length: 5\r\n\r\nabc", "Content-Length: -1\r\n", "Transfer-Encoding: chunked\r\n\r\nzz\r\n"])
+    more = rng.choice(["", "Content-Length: 5\r\n\r\nabc", "Content-Length: -1\r\n",
+                       "Transfer-Encoding: chunked\r\n\r\nzz\r\n"])  # fmt: skip
     whole = f"{method} {path} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n\r\n".encode()
     return mutated_bytes(rng, whole) if rng.random() < 0.4 else whole
 
@@ -94,8 +96,9 @@ def _message(rng: random.Random) -> bytes:
     values: list[Any] = [True, None, [], {}, "x", 1e308, -1, 0, 10**400, *WORDS[:6]]
     key = rng.choice(["time", "speed", "playing", "unknown", "view"])
     plain = json.dumps({key: rng.choice(values)})
-    chosen = rng.choice(["next", plain, f'{{"{key}": {rng.choice(NUMBERS)}}}', f'{{"{key}": NaN}}', f'{{"{key}": -Infinity}}',
-                         "[" * 50000, "", "{", "[1]", "5", "null", '"next"', '{"time": "1"}', "x" * 100000])  # fmt: skip
+    chosen = rng.choice(["next", plain, f'{{"{key}": {rng.choice(NUMBERS)}}}', f'{{"{key}": NaN}}',
+                         f'{{"{key}": -Infinity}}', "[" * 50000, "", "{", "[1]", "5", "null", '"next"',
+                         '{"time": "1"}', "x" * 100000])  # fmt: skip
     return mutated_bytes(rng, chosen.encode()) if chosen and rng.random() < 0.2 else chosen.encode()
 
 
