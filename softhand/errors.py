@@ -93,5 +93,11 @@ class RecordingError(SofthandError):
     file: Any = None
 
 
+class MissingArrayError(RecordingError, AttributeError, KeyError):
+    """A recording has no array of that name. As Python wants it, also an AttributeError and a KeyError."""
+
+    __str__ = Exception.__str__  # KeyError would show it in quotes
+
+
 class BrowserError(SofthandError):
     """Chromium is missing, does not start or does not answer, or a page in it failed."""

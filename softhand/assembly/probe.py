@@ -100,8 +100,8 @@ def check_states(plant: Plant, recording: Recording, *names: str) -> None:
     for dim, count in counts.items():
         if len(recording.labels[dim]) != count:
             raise RecordingError(
-                f"The recording has {len(recording.labels[dim])} places along {dim!r}, but its scenario {count}; compute "
-                "the run anew.",
+                f"The recording has {len(recording.labels[dim])} places along {dim!r}, but its scenario {count}; "
+                "compute the run anew.",
                 file=None,
             )
 

@@ -18,6 +18,7 @@ RESERVED = (
 )  # fmt: skip
 """Attributes of a file that are fields of a recording."""
 
+_NUMBERS = ("wall_time", "steps_per_second")  # further attributes that are read
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _FREE = 100_000_000  # bytes that any file may claim
 _MOST_COMPRESSED = 20  # bytes in memory for one in the file beyond that; of a run a fifth can be saved
@@ -44,6 +45,8 @@ def read_fields(path: Path) -> dict[str, Any]:
         labels = {name: _dataset(hdf, name) for name in LABELLED_DIMS if name in hdf}
         _check_sizes(arrays, path.stat().st_size)
         found = dict(_attributes(hdf))
+        for name in set(_NUMBERS) & set(found):
+            _number(found, name)
         return {
             "scenario": _text(found, "scenario"),
             "version": _text(found, "softhand_version"),

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand.errors import RecordingError
+from softhand.errors import MissingArrayError, RecordingError
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.reading import RESERVED, read_fields
 from softhand.recording.units import units_along
@@ -73,14 +73,14 @@ class Recording:
         try:
             return self.variables[name]
         except KeyError:
-            raise KeyError(f"no array {name!r} in this recording; {_suggest(name, self.variables)}") from None
+            raise MissingArrayError(f"no array {name!r} in this recording; {_suggest(name, self.variables)}") from None
 
     def __getattr__(self, name: str) -> AnyArray:
         variables = self.__dict__.get("variables", {})  # not there yet while a copy is being unpickled
         if name in variables:
             array: AnyArray = variables[name]
             return array
-        raise AttributeError(f"no array or attribute {name!r} in this recording; {_suggest(name, variables)}")
+        raise MissingArrayError(f"no array or attribute {name!r} in this recording; {_suggest(name, variables)}")
 
     def __len__(self) -> int:
         return len(self.variables["time"])

@@ -59,7 +59,8 @@ def try_law(rng: random.Random, folder: Path) -> str:
 def try_controller(rng: random.Random, folder: Path) -> str:
     """A controller in a file of a user, asked for some torques."""
     torque = rng.choice(["np.zeros(9)"] * 3 + [
-        "np.zeros(8)", "np.full(9, np.nan)", "1.0", "None", "'text'", "np.zeros((9, 1))", "[0.0] * 9", "1j * np.ones(9)",
+        "np.zeros(8)", "np.full(9, np.nan)", "1.0", "None", "'text'", "np.zeros((9, 1))", "[0.0] * 9",
+        "1j * np.ones(9)",
         "np.full(9, 1e308)", "['a'] * 9", "[None] * 9", "observation.joint_position * 1e200", "np.zeros(9, bool)",
     ])  # fmt: skip
     body = rng.choice(["pass"] * 3 + [
