@@ -15,6 +15,9 @@ from softhand.model.world import World, slides_of
 from softhand.numerics.arrays import Array
 
 
+_FARTHEST = 1e6  # [m]
+
+
 def contact_forces(
     world: World, points: Sequence[Array], position: Array, rotation: Array, internal_force: ArrayLike
 ) -> Array:
@@ -38,9 +41,14 @@ def contact_forces(
     weight = -inertia.mass * world.model.gravity.linear
     load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
     G = grasp_map(np.array(points) - position)
+    if not np.all(np.abs(G) <= _FARTHEST):
+        raise GraspError(
+            f"the contact points are {np.max(np.abs(G)):.3g} m away from the object; move them or the object.",
+            finger="", quantity="reach", value=G,
+        )  # fmt: skip
     carried = np.linalg.pinv(G, rcond=1e-9) @ load
     residual = G @ carried - load
-    if np.linalg.norm(residual) > 1e-9 * (1.0 + np.linalg.norm(load)):
+    if not np.linalg.norm(residual) <= 1e-9 * (1.0 + np.linalg.norm(load)):
         raise GraspError(
             f"the contacts cannot carry the object: {np.linalg.norm(residual[:3]):.3g} N and "
             f"{np.linalg.norm(residual[3:]):.3g} N m remain; move the contact points or add a finger.",

@@ -70,7 +70,8 @@ def _attempt(rng: random.Random, stranger: socket.socket, port: int) -> None:
         key = base64.b64encode(bytes(16)).decode()
         stranger.sendall(
             f"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\n"
-            f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+            f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}\r\n"
+            "Sec-WebSocket-Version: 13\r\n\r\n".encode()
         )
         stranger.recv(4096)
         for _ in range(rng.randint(1, 5)):

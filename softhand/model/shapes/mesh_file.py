@@ -82,7 +82,8 @@ def _read_stl(data: bytes) -> tuple[Array, Triangles]:
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
     if len(data) == _HEADER + _RECORD.itemsize * count:
         _check_count(count)
-        corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
+        with np.errstate(invalid="ignore"):  # NaN are refused below
+            corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
         _check_count(data.count(b"vertex") // 3)
         rows = (line.split() for line in data.split(b"\n"))
