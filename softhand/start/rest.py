@@ -165,7 +165,9 @@ class _Place:
         arms = contacts["point"] - position - rotation @ self._lever
         torsions = (self._signs * contacts["force"][:, 3])[:, None] * contacts["rotation"][:, :, 2]
         moment = np.sum(np.cross(arms, forces) + torsions, axis=0)
-        return np.concatenate([forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)])
+        return np.concatenate(
+            [forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)]
+        )
 
     def slope(self, step: Array) -> Array:
         """Derivatives of `excess`, by central differences, shape (6, 6)."""
