@@ -55,7 +55,7 @@ def test_an_object_too_large_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no place is found, what is left for each finger and what to try."""
     monkeypatch.setattr(PlaceFinder, "places", lambda *_: [])
     scenario = load_scenario("pinch")
-    with pytest.raises(GraspError, match=r"no place of the object .* left_tip .* mm.*another grasp.joint_guess"):
+    with pytest.raises(GraspError, match=r"no place of the object .* finger_1_tip .* mm.*another grasp.joint_guess"):
         reachable_place(situation_of(scenario, read_world(scenario)))
 
 

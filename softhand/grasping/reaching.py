@@ -19,6 +19,7 @@ _WALKS = 8  # turns in which the object goes to the fingers
 _FIRST, _LAST = 16e-3, 4e-3  # [m] steps of the search
 _MOST = 60  # positions tried
 _MISSED = 10e-3  # [m] that count as one finger which reaches nothing
+_NEAR = 1e-4  # [m] from which a finger is tried in earnest
 _ENOUGH = 0.25  # share of the surface
 
 
@@ -64,7 +65,7 @@ def reachable_place(here: Situation, progress: Callable[[float], None] | None = 
     best = np.zeros(3)
     for _ in range(_WALKS):
         counts, ways = search.at(best)
-        missing = [way for count, way in zip(counts, ways, strict=True) if not count and np.linalg.norm(way) > 1e-4]
+        missing = [way for count, way in zip(counts, ways, strict=True) if not count and np.linalg.norm(way) > _NEAR]
         if not missing:
             break
         best = best + search.allowed(np.mean(missing, axis=0))
@@ -136,8 +137,8 @@ class _Search:
         if key not in self.tried:
             self.finder.here = replace(self._here, position=self._here.position + offset)
             fingers = range(self._here.world.n_tips)
-            counts = tuple(len(self.finder.places(i)) for i in fingers)
-            ways = tuple(np.zeros(3) if counts[i] else self.finder.way(i) for i in fingers)
+            ways = tuple(self.finder.way(i) for i in fingers)
+            counts = tuple(0 if np.linalg.norm(ways[i]) > _NEAR else len(self.finder.places(i)) for i in fingers)
             self.tried[key] = counts, ways
             self._report(min(len(self.tried) / _MOST, 1.0))
         return self.tried[key]
