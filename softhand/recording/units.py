@@ -10,8 +10,6 @@ from softhand.errors import ModelError
 from softhand.model.urdf.document import read_document
 from softhand.recording.variables import VARIABLES
 
-_OF_OBJECT = ("N", "N", "N", "N m", "N m", "N m")
-
 
 @lru_cache(maxsize=16)
 def slides_in(hand_urdf: str) -> frozenset[str]:
@@ -35,7 +33,10 @@ def units_along(name: str, labels: Mapping[str, tuple[str, ...]], hand_urdf: str
     hinge, is_mixed, slide = variable.units.partition(" or ")
     units = tuple(hinge.split(", "))
     if is_mixed:
-        slides, joints = slides_in(hand_urdf), labels["joint"]
-        units = tuple(slide if joint in slides else hinge for joint in joints)
-        units += _OF_OBJECT if variable.dims[-1] == "velocity" else ()
+        slides, joints = slides_in(hand_urdf), set(labels["joint"])
+        of_object = {True: "N m", False: "N"}  # a moment about an axis rx, a force along x
+        units = tuple(
+            (slide if place in slides else hinge) if place in joints else of_object[place.startswith("object r")]
+            for place in labels[variable.dims[-1]]
+        )
     return units[:1] if len(set(units)) == 1 else units

@@ -13,7 +13,7 @@ from softhand.contact.pads import Support
 from softhand.errors import GraspError
 from softhand.model.shapes.face import Face
 from softhand.numerics.arrays import Array
-from softhand.numerics.roots import find_root
+from softhand.numerics.roots import find_root, newton
 from softhand.plant.plant import Plant
 
 _MOVED = 1e-3  # [m] by which the object may be off the place where it rests
@@ -85,7 +85,7 @@ def resting_pose(plant: Plant, q: Array) -> Rest:
         )
         if left == 0.0 and far:
             x, y, z = place.moved(step)[0]
-            turn = math.degrees(float(np.linalg.norm(step[3:])))
+            turn = round(math.degrees(float(np.linalg.norm(step[3:]))), 3)
             told += f", and rests {1e3 * place.size * np.linalg.norm(step[:3]):.3g} mm and {turn:.2g} deg from there"
             remedy += f"; its object.position is about [{x:.5g}, {y:.5g}, {z:.5g}]"
         raise GraspError(
@@ -99,11 +99,13 @@ def _balance(place: _Place) -> tuple[Array, float]:
     """The step to where nothing is left of the load, and 0; or what is left of it at best."""
     bound = np.array([_MOVED / place.size] * 3 + [_TILTED] * 3) + np.abs(place.first[:3]).max()
     balanced = _BALANCED + 10.0 * np.finfo(float).eps * float(np.linalg.norm(place.slope(place.first)))
+    for way in (lambda bound: place.first, place.unloaded):
+        step = newton(place.excess, place.slope, way(bound))
+        if not place.is_far(step) and np.linalg.norm(place.excess(step)) <= balanced:
+            return step, 0.0
     step, left = find_root(place.excess, place.slope, [place.first], -bound, bound, balanced)
-    for start in (place.unloaded, place.settled):
-        if left > balanced or place.is_far(step):
-            found = find_root(place.excess, place.slope, [start(bound)], -bound, bound, balanced)
-            step, left = found if found[1] <= max(left, balanced) else (step, left)
+    if left > balanced:
+        step, left = find_root(place.excess, place.slope, [place.settled(bound)], -bound, bound, balanced)
     return step, left if left > balanced else 0.0
 
 
@@ -125,6 +127,7 @@ class _Place:
         self.weight, self._down = float(inertia.mass) * g, gravity / g if g > 0.0 else gravity
         self.size = math.sqrt(float(np.trace(inertia.inertia)) / float(inertia.mass))
         self.first, self.sticks, self.load = np.zeros(6), False, 1.0
+        self._step = _STEP
         self._position, self._rotation = world.object_position(q).copy(), world.object_rotation(q)
         self._q, self._lever = q.copy(), inertia.lever
         self._v, self._z = np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))
@@ -165,12 +168,15 @@ class _Place:
         arms = contacts["point"] - position - rotation @ self._lever
         torsions = (self._signs * contacts["force"][:, 3])[:, None] * contacts["rotation"][:, :, 2]
         moment = np.sum(np.cross(arms, forces) + torsions, axis=0)
-        return np.concatenate([forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)])
+        return np.concatenate(
+            [forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)]
+        )
 
     def slope(self, step: Array) -> Array:
         """Derivatives of `excess`, by central differences, shape (6, 6)."""
-        ways = _STEP * np.eye(6)
-        return np.column_stack([(self.excess(step + way) - self.excess(step - way)) / (2.0 * _STEP) for way in ways])
+        h = self._step
+        ways = h * np.eye(6)
+        return np.column_stack([(self.excess(step + way) - self.excess(step - way)) / (2.0 * h) for way in ways])
 
     def settled(self, bound: Array) -> Array:
         """Near to where it comes to rest if it sinks slowly, in small steps; those of Newton go far on one corner."""
@@ -196,6 +202,7 @@ class _Place:
         step[:3] += _TILTED * self._down
         self.load = 0.0
         self.load = max(1.0, float(-self._down @ self.excess(step)[:3]))
+        self._step = min(_STEP, 0.1 * _TILTED / self.load)  # far less than it sinks under its own weight
         while True:
             for _ in range(_CORRECTIONS):
                 step = step - np.linalg.lstsq(self.slope(step), self.excess(step), rcond=1e-10)[0]
