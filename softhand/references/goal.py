@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from softhand.numerics.arrays import Array, as_numbers
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Desired:
     """What the reference asks for at one time; the arrays are live.
 

@@ -38,7 +38,7 @@ class Bound:
         out = np.empty(self._size)
         if observation.block is not self._block:
             self._block = observation.block
-            observed = pick(self._reads, observation.fields, **self._renamed)
+            observed = pick(self._reads, observation._views, **self._renamed)
             self._call = prepared(self._kernel, observed, *self._settings, varying=(out,))
         self._call(out)
         return out

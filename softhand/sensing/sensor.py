@@ -95,7 +95,7 @@ class Sensor:
         if not self._observe(True):
             self._plant.snapshot.sense(state.q)
             self._observe(False)
-        self.observation.time = time
+        self.observation.__dict__["time"] = time
         return self.observation
 
     def _prepare(self, state: State) -> None:
@@ -109,7 +109,7 @@ class Sensor:
             Wanted(*(getattr(desired, name) for name in Wanted._fields)),
             state.arrays,
             plant.at,
-            tuple(pick(group, self.observation.fields) for group in GROUPS),
+            tuple(pick(group, self.observation._views) for group in GROUPS),
             varying=(True,),
         )
 
