@@ -44,7 +44,7 @@ def contact_forces(
     if not np.all(np.abs(G) <= _FARTHEST):
         raise GraspError(
             f"the contact points are {np.max(np.abs(G)):.3g} m away from the object; move them or the object.",
-            finger="", quantity="reach", value=G,
+            finger="", quantity="reach", value=float(np.max(np.abs(G))),
         )  # fmt: skip
     carried = np.linalg.pinv(G, rcond=1e-9) @ load
     residual = G @ carried - load
