@@ -20,6 +20,7 @@ from test_recording import recording
 import softhand.laws.first_call
 from softhand.closed_loop import lyapunov as lyapunov_module
 from softhand.errors import LawError, ModelError, RecordingError, ScenarioError, SofthandError
+from softhand.files import read_regular
 from softhand.laws.law import Law, compile_law
 from softhand.model.shapes.mesh import as_polyhedron
 from softhand.model.shapes.mesh_file import MOST_TRIANGLES, Mesh, read_mesh
@@ -28,7 +29,6 @@ from softhand.recording.recording import Recording
 from softhand.recording.sound import require_sound
 from softhand.scenario.file import find_scenario
 from softhand.scenario.scenario import load_scenario
-from softhand.settings.files import read_regular
 from softhand.viewer.live.pace import checked_speed
 
 TARGET_A = find_scenario("target-a").read_text()

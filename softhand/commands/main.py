@@ -38,6 +38,7 @@ from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
+_LONGEST = 2000  # letters of a line
 
 
 def main() -> None:
@@ -66,9 +67,14 @@ def main() -> None:
         sys.exit(INTERRUPTED)
 
 
+def _cut(line: str) -> str:
+    """A line of an error at a length that can be read: names in files of strangers are as long as they like."""
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ... ({len(line)} letters)"
+
+
 def _say_error(text: str) -> None:
     try:
-        say(text, "error", error=True)
+        say("\n".join(map(_cut, text.splitlines())), "error", error=True)
     except OSError:  # nobody can be told; the exit code says it
         give_up(sys.stderr)
 

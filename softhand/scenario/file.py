@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
+from softhand.files import read_regular
 from softhand.scenario.packages import package_file
-from softhand.settings.files import read_regular
 from softhand.settings.settings import frozen
 from softhand.settings.toml import LONGEST, parse_toml
 from softhand.settings.wording import nearest, show

@@ -14,7 +14,6 @@ from softhand.model.arm import Arm
 from softhand.model.world import World, slides_of
 from softhand.numerics.arrays import Array
 
-
 _FARTHEST = 1e6  # [m]
 
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from softhand.errors import MeasurementError
-from softhand.settings.files import read_regular
+from softhand.files import read_regular
 
 MOST_BYTES = 16_000_000
 LONGEST_LINE = 10_000  # [characters]; a row of measurements has a hundred

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ModelError
+from softhand.files import read_regular
 from softhand.numerics.arrays import Array
-from softhand.settings.files import read_regular
 
 Triangles = NDArray[np.int64]
 

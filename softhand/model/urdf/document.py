@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from softhand.errors import ModelError
-from softhand.settings.files import read_regular
+from softhand.files import read_regular
 
 LARGEST = 8_000_000
 """Bytes of a URDF."""
