@@ -29,7 +29,8 @@ def test_inputs_of_strangers_are_taken_or_refused_in_words(kind: str, tmp_path: 
         assert end in ("taken", "refused"), f"python scripts/fuzz.py --kind {kind} --seed {seed}: {end}\n{said}"
 
 
-FAILED = [("recording", 16), ("recording", 160), ("recording", 307), ("scenario", 1500), ("urdf", 2338)]
+FAILED = [("recording", 16), ("recording", 160), ("recording", 307), ("scenario", 1500), ("urdf", 2338), ("urdf", 2747),
+          ("csv", 30)]  # fmt: skip
 """Kind and seed of inputs that once ended in another way."""
 
 
