@@ -48,7 +48,9 @@ def licence_of(package: Distribution) -> str:
     expression = data.get("License-Expression")
     if expression:
         return str(expression)
-    classifiers = [text.rpartition("::")[2].strip() for text in data.get_all("Classifier") or () if "License ::" in text]
+    classifiers = [
+        text.rpartition("::")[2].strip() for text in data.get_all("Classifier") or () if "License ::" in text
+    ]
     if classifiers:
         return ", ".join(classifiers)
     return " ".join((data.get("License") or "").split("\n")[0].split())[:60]

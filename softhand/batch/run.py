@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -101,7 +102,7 @@ class CompiledRun:
             command=command,
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
-            clock=observation.fields.clock,
+            clock=observation._views.clock,
             desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
             pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
@@ -152,7 +153,7 @@ class CompiledRun:
         """The error for what ended the run."""
         fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
         if fault != BAD_TORQUE:
-            return stopped(fault, finger, self.plant, self._time())
+            return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
         self._observation.time = time
         try:  # what the law itself says of such a state

@@ -36,7 +36,7 @@ class AngleFeedback(Controller):
     D: NonNegative = 0.002
     """Damping of the angle [N m s/rad]."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The joint damping as an array, and b: the axis of the last joint of finger 1."""

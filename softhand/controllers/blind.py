@@ -38,7 +38,7 @@ class Blind(Controller):
     mass: NonNegative = 0.2
     """Mass of the object, which the fingers carry in equal parts [kg]."""
     damping: Gain = 0.005
-    """Damping C of the joints [N m s/rad], one number or one a joint."""
+    """Damping C of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The damping, the virtual frame and the object's pose at the start, and f_d for squeezes of 1 N."""

@@ -43,7 +43,7 @@ class ComputedTorque(Controller):
     K_d_orientation: Gain = 12.0
     """Damping of the error of the orientation [1/s], one number or three."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     def start(self, observation: Observation) -> Any:
         """The gains, and A of the previous sample with its time."""

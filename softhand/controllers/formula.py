@@ -72,7 +72,7 @@ def call_formula(controller: Any, observation: Observation, memory: Any) -> tupl
     code = _code_of(controller.formula)
     torque, after = np.zeros(observation.joint_position.shape[0]), _as_memory(controller, memory)
     try:
-        code.kernel(pick(code.reads, observation.fields, **code.renamed), settings_of(controller), after, torque)
+        code.kernel(pick(code.reads, observation._views, **code.renamed), settings_of(controller), after, torque)
     except NumbaError as error:
         raise ControllerError(
             f"controller '{type(controller).__name__}': its formula cannot be compiled: {_reason(error)} Write it with "

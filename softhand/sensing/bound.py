@@ -41,7 +41,7 @@ class Bound:
 
     def addressed(self, observation: Observation, out: Array) -> Addressed:
         """Ready to be called by other machine code, for one observation and one place of the answer."""
-        observed = pick(self._reads, observation.fields, **self._renamed)
+        observed = pick(self._reads, observation._views, **self._renamed)
         return addressed(self._kernel, observed, *self._settings, out)
 
     def __call__(self, observation: Observation) -> Array:
@@ -49,7 +49,7 @@ class Bound:
         out = np.empty(self._size)
         if observation.block is not self._block:
             self._block = observation.block
-            observed = pick(self._reads, observation.fields, **self._renamed)
+            observed = pick(self._reads, observation._views, **self._renamed)
             self._call = prepared(self._kernel, observed, *self._settings, varying=(out,))
         self._call(out)
         return out
