@@ -30,7 +30,7 @@ def gripper() -> softhand.Recording:
 @pytest.fixture(scope="module")
 def fingers() -> softhand.Recording:
     """Three fingers that turn, at their limit."""
-    return softhand.simulate("target-a", overrides={**SHORT, "hand.effort_limit": 0.19, "duration": 0.1})
+    return softhand.simulate("target-a", overrides={**SHORT, "hand.effort_limit": 0.43, "duration": 0.1})
 
 
 def test_events(gripper: softhand.Recording, fingers: softhand.Recording) -> None:
