@@ -89,7 +89,9 @@ def _read_fixed(texts: list[str]) -> dict[str, float]:
         name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
             raise MeasurementError(
-                f"--fix {text[:60]}: must have the form NAME=VALUE, such as k_r=3.77e5.", column=name, value=value
+                f"--fix {text[:60]}: must have the form NAME=VALUE, such as {name[:60] or 'k_r'}=3.77e5.",
+                column=name,
+                value=value,
             )
         try:
             fixed[name] = float(value)

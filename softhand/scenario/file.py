@@ -32,17 +32,19 @@ def resolve_path(urdf: str) -> Path:
     return package_file(urdf) if urdf.startswith("package:") else Path(_absolute(urdf, Path.cwd()))
 
 
-def parse_override(text: str) -> tuple[str, Any]:
+def parse_override(text: str, example: str = "object.mass=0.3") -> tuple[str, Any]:
     """Split `key=value`, as given on a command line; a value that is no TOML value and starts none is text.
+
+    Args:
+        text: to be split.
+        example: what one may look like there, for the message.
 
     Raises:
         ScenarioError: no `=`, nothing on one side of it, or a list, table or quoted text that does not end.
     """
     key, sign, value = (part.strip() for part in text.partition("="))
     if not (key and sign and value):
-        raise ScenarioError(
-            f"{show(text)} must have the form key=value, such as object.mass=0.3.", key=key, value=value
-        )
+        raise ScenarioError(f"{show(text)} must have the form key=value, such as {example}.", key=key, value=value)
     try:
         table = parse_toml(f"value = {value}")
     except ValueError as error:

@@ -232,7 +232,8 @@ def _parse(choice: str) -> tuple[str, dict[str, Any]]:
     name, bracket, rest = choice.partition("(")
     if bracket and not rest.endswith(")"):
         raise ScenarioError(f"{choice!r} must have the form NAME(key=value, ...).", key="choice", value=choice)
-    return name.strip(), dict(parse_override(setting) for setting in split_choices(rest[:-1])) if bracket else {}
+    settings = split_choices(rest[:-1]) if bracket else ()
+    return name.strip(), dict(parse_override(setting, f"{setting.strip()}=2.5") for setting in settings)
 
 
 def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
