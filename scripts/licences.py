@@ -18,16 +18,16 @@ from packaging.requirements import Requirement
 PAGE = Path(__file__).parent.parent / "docs" / "licences.md"
 HEAD = """# Licences
 
-softhand is under the [BSD 3-Clause licence](../LICENSE). What it needs is installed beside it, each package under a licence
-of its own; `python scripts/licences.py` makes this table from what they tell. Programs of the system, such as Chromium, are
-not listed.
+softhand is under the [BSD 3-Clause licence](../LICENSE). What it needs is installed beside it, each package under a
+licence of its own; `python scripts/licences.py` makes this table from what they tell. Programs of the system, such as
+Chromium, are not listed.
 
 | Package | Needed by | Licence |
 | --- | --- | --- |
 """
 FOOT = """
-The extra `film` brings `imageio-ffmpeg`, whose licence is BSD; the program ffmpeg in it is a build under the GPL, run as a
-program of its own. Where the system has an ffmpeg, that one is taken.
+The extra `film` brings `imageio-ffmpeg`, whose licence is BSD; the program ffmpeg in it is a build under the GPL, run as
+a program of its own. Where the system has an ffmpeg, that one is taken.
 """
 VIRAL = re.compile(r"\bA?GPL|Affero|GNU General Public", re.IGNORECASE)
 WEAK = re.compile(r"LGPL|Lesser", re.IGNORECASE)
