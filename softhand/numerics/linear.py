@@ -101,6 +101,41 @@ def least_norm(A, transposed, b, x):
 
 
 @compiled
+def least_norm_columns(A, B, X):
+    """X = A^+ B, column by column as `least_norm`.
+
+    Args:
+        A: shape (m, n).
+        B: shape (m, k).
+        X: result, shape (n, k).
+    """
+    m, n = A.shape
+    by_rows = m <= n
+    size = min(m, n)
+    gram, well, y = np.empty((size, size)), np.empty((size, size)), np.empty(size)
+    _gram(A, by_rows, gram)
+    for i in range(size):
+        for j in range(size):
+            well[i, j] = gram[i, j]
+    is_well = _factor_well(well)
+    for k in range(B.shape[1]):
+        if by_rows:
+            for i in range(size):
+                y[i] = B[i, k]
+        else:
+            _times(A, True, B[:, k], y)
+        if is_well:
+            _substitute(well, y)
+        else:
+            _solve_semidefinite(gram, y)
+        if by_rows:
+            _times(A, True, y, X[:, k])
+        else:
+            for i in range(size):
+                X[i, k] = y[i]
+
+
+@compiled
 def _times(A, transposed, b, y):
     """y = A b, or A^T b."""
     m, n = A.shape
