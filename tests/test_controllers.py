@@ -13,7 +13,9 @@ from numpy.testing import assert_allclose
 from softhand import Controller, Recording, ScenarioError, Simulation, build, load_scenario, simulate
 from softhand.contact.pairs import contact_pairs
 from softhand.controllers.angle_feedback import AngleFeedback
-from softhand.controllers.blind import Blind, virtual_frame, virtual_turning
+from softhand.controllers.blind import Blind
+from softhand.controllers.blind import virtual_frame as set_frame
+from softhand.controllers.blind import virtual_turning as set_turning
 from softhand.controllers.computed_torque import ComputedTorque
 from softhand.controllers.object_impedance import ObjectImpedance
 from softhand.controllers.opposing import Opposing
@@ -43,6 +45,20 @@ SCENARIOS = {
 """A scenario that ships for each controller that ships."""
 
 STEP = 1e-6
+
+
+def virtual_frame(x: Array) -> tuple[Array, Array]:
+    """Centre and axes of the virtual frame."""
+    centre, axes = np.empty(3), np.empty((3, 3))
+    set_frame(x, centre, axes)
+    return centre, axes
+
+
+def virtual_turning(x: Array, axes: Array) -> Array:
+    """Its angular velocity from the velocities of the tips."""
+    B = np.empty((3, 3, 3))
+    set_turning(x, axes, B)
+    return B
 
 
 class Stage:

@@ -76,8 +76,6 @@ class Controller(Settings, ABC):
             Joint torques [N m], shape (n,), and the memory for the next call. The effort limits of the URDF are applied
             to the torques afterwards.
         """
-        if self.formula is None:
-            raise NotImplementedError(f"{type(self).__name__} needs a method `torque` or a static method `formula`")
         law = law_of(self, observation, memory)
         torque, memory = law(memory)
         if torque[0] != torque[0] and (error := self.complaint(observation, law)):

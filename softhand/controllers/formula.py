@@ -36,6 +36,7 @@ class Law:
 
     Attributes:
         memory: before the next call.
+        shape: of the memory.
         torque: what the last call answered [N m, N], shape (n,).
         reads: fields of an observation that the formula reads.
         call: the machine code.
@@ -48,6 +49,7 @@ class Law:
         code = _code_of(controller.formula)
         self.controller, self.reads = controller, code.reads
         self.memory = _as_memory(controller, memory)
+        self.shape = self.memory.shape
         self.torque = np.zeros(observation.joint_position.shape[0])
         observed = pick(code.observed, observation.fields, **code.renamed)
         arguments = observed, controller.constants(observation), self.memory, self.torque
@@ -78,7 +80,10 @@ class Law:
 def law_of(controller: Controller, observation: Observation, memory: Any) -> Law:
     """The law for an observation; it is kept with the observation for the next call."""
     law: Law | None = observation.__dict__.get("law")
-    if law is None or law.controller is not controller or np.shape(memory) != law.memory.shape:
+    if law is None or law.controller is not controller or getattr(memory, "shape", law.shape) != law.shape:
+        if controller.formula is None:
+            name = type(controller).__name__
+            raise NotImplementedError(f"{name} needs a method `torque` or a static method `formula`")
         law = observation.__dict__["law"] = Law(controller, observation, memory)
     return law
 

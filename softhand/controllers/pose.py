@@ -169,7 +169,7 @@ def set_task(observed, is_euler, error, rate, acceleration):
 def add_twist(observed, is_euler, rate, twist):
     """twist += X rate, X of the coordinates of `set_task`, shape (6,)."""
     for k in range(3):
-        twist[k] += rate[k]
+        twist[k] += observed.coordinate_map[k, k] * rate[k] if is_euler else rate[k]
         for i in range(3):
             share = observed.coordinate_map[3 + k, 3 + i] if is_euler else observed.object_rotation[k, i]
             twist[3 + k] += share * rate[3 + i]
@@ -183,18 +183,20 @@ def add_wrench(observed, is_euler, force, wrench):
         return
     T = observed.coordinate_map
     moment = solved(
-        (T[3, 3], T[4, 3], T[5, 3], T[3, 4], T[4, 4], T[5, 4], T[3, 5], T[4, 5], T[5, 5]), (force[3], force[4], force[5])
+        (T[3, 3], T[4, 3], T[5, 3], T[3, 4], T[4, 4], T[5, 4], T[3, 5], T[4, 5], T[5, 5]),
+        (force[3], force[4], force[5]),
     )
     for k in range(3):
-        wrench[k] += force[k]
+        wrench[k] += force[k] / T[k, k]
         wrench[3 + k] += moment[k]
 
 
 @compiled
 def set_coordinates_rate(T, twist, rate):
-    """rate = q_O' = T_O^-1 twist, shape (6,)."""
+    """rate = q_O' = T_O^-1 twist, shape (6,); T_O is diagonal in the position, and apart from it in the angles."""
     angles = solved(
-        (T[3, 3], T[3, 4], T[3, 5], T[4, 3], T[4, 4], T[4, 5], T[5, 3], T[5, 4], T[5, 5]), (twist[3], twist[4], twist[5])
+        (T[3, 3], T[3, 4], T[3, 5], T[4, 3], T[4, 4], T[4, 5], T[5, 3], T[5, 4], T[5, 5]),
+        (twist[3], twist[4], twist[5]),
     )
     for k in range(3):
-        rate[k], rate[3 + k] = twist[k], angles[k]
+        rate[k], rate[3 + k] = twist[k] / T[k, k], angles[k]

@@ -188,7 +188,7 @@ def _diagonalize(S, V):
             own += S[i, i] * S[i, i]
             for j in range(i):
                 off += S[i, j] * S[i, j]
-        if not off > 1e-32 * own:
+        if not off > 1e-28 * own:
             return
         for q in range(n):
             for p in range(q):
@@ -211,6 +211,7 @@ def _turn(S, V, p, q):
         S[p, k], S[q, k] = c * a - s * b, s * a + c * b
         a, b = V[k, p], V[k, q]
         V[k, p], V[k, q] = c * a - s * b, s * a + c * b
+    S[p, q] = S[q, p] = 0.0
 
 
 @compiled
