@@ -77,8 +77,20 @@ class Gains(NamedTuple):
 @compiled
 def angle_feedback(observed, known, b, torque):
     """The law of the class."""
+    forces, f_C = np.empty((2, 3)), np.empty(6)
+    contact_forces(observed, known, b, forces)
+    for i in range(2):
+        for k in range(3):
+            f_C[3 * i + k] = dot(observed.contact_rotation[i, :, k], forces[i])
+    hold_joints(observed.gravity_torque, known.K_v, observed.joint_velocity, torque)
+    push_contacts(observed.hand_force_jacobian, f_C, torque)
+
+
+@compiled
+def contact_forces(observed, known, b, forces):
+    """What the tips shall do to the object at the contact points [N], world axes, shape (2, 3)."""
     R, points, axes = observed.object_rotation, observed.contact_point, observed.contact_rotation
-    forces, f_C, turn, arm, wanted = np.empty((2, 3)), np.empty(6), np.empty(3), np.empty(3), np.empty((3, 3))
+    turn, arm, wanted = np.empty(3), np.empty(3), np.empty((3, 3))
     set_rotation(observed.object_coordinates_desired[3:6], wanted)
     turn_error(R, wanted, turn)
     M = known.K * dot(b, turn) - known.D * dot(b, observed.object_twist[3:6])
@@ -95,8 +107,3 @@ def angle_feedback(observed, known, b, torque):
     for k in range(3):
         forces[0, k] += share * way[k]
         forces[1, k] -= share * way[k]
-    for i in range(2):
-        for k in range(3):
-            f_C[3 * i + k] = dot(axes[i, :, k], forces[i])
-    hold_joints(observed.gravity_torque, known.K_v, observed.joint_velocity, torque)
-    push_contacts(observed.hand_force_jacobian, f_C, torque)

@@ -148,7 +148,7 @@ def _guarded(formula: Callable[..., Any], plain: Callable[..., Any]) -> Callable
 
 @cache
 def _settings_type(controller: type[Settings], names: tuple[str, ...]) -> Any:
-    return namedtuple(f"{controller.__name__}Settings", names)  # type: ignore[misc]
+    return namedtuple(f"{controller.__name__}Settings", names)
 
 
 def settings_of(controller: Settings) -> Any:

@@ -265,10 +265,10 @@ def _force(known, i, now):
         row[k] = d[k]
     if known.is_surface[i]:
         row[4], row[5] = now.lean[i, 0], now.lean[i, 1]
-        call(known.codes[i], row, found)
+        call(known.codes[i], row, found)  # type: ignore[call-arg]
         return found[1], found[2], found[0], found[3]
     row[4] = now.Phi[i] + d[2]
-    call(known.codes[i], row, found)
+    call(known.codes[i], row, found)  # type: ignore[call-arg]
     R, sin_Phi, cos_Phi = known.radii[i] - d[0], math.sin(now.Phi[i]), math.cos(now.Phi[i])
     return (found[1] - sin_Phi * found[3]) / (R * cos_Phi), found[2] / R, found[0], found[3]
 

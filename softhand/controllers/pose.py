@@ -17,9 +17,17 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import log_of_turn, set_rotation
 from softhand.numerics.triples import solved
+from softhand.sensing.fields import observed_by, pick
 from softhand.sensing.observation import Observation
 
 OrientationError: TypeAlias = Literal["rotation-vector", "euler"]
+
+_READS = (
+    "object_coordinates", "object_rotation", "object_twist", "coordinate_map", "object_coordinates_desired",
+    "object_coordinates_rate_desired", "object_coordinates_acceleration_desired", "object_twist_desired",
+    "object_twist_rate_desired",
+)  # fmt: skip
+"""Of `set_task`."""
 
 _STEEPEST = math.radians(85.0)  # pitch up to which the paper's coordinates are used
 
@@ -29,6 +37,8 @@ class PoseTask(NamedTuple):
 
     error: Array
     """e [m, rad], shape (6,)."""
+    rate: Array
+    """Of the error, as it is while the error is small [m/s, rad/s], shape (6,)."""
     map: Array
     """X, object_twist = X (rate of these coordinates), shape (6, 6): T_O, or the axes of the object."""
 
@@ -48,16 +58,14 @@ def pose_task(name: str, observation: Observation, form: OrientationError) -> Po
     Raises:
         ControllerError: `euler` near pitch 90 deg.
     """
-    desired, error = observation.desired, np.empty(6)
-    if form == "euler":
-        if stop := irregular(name, observation.time, observation.object_rpy[1], observation.object_rpy_desired[1]):
-            raise stop
-        euler_error(observation.object_coordinates, desired.coordinates, error)
-        return PoseTask(error, observation.coordinate_map)
-    R, axes = observation.object_rotation, np.eye(6)
-    pose_error(observation.object_position, R, desired.coordinates, error)
-    axes[3:, 3:] = R
-    return PoseTask(error, axes)
+    is_euler, axes = form == "euler", np.eye(6)
+    error, rate, unused = np.empty((3, 6))
+    stop = irregular(name, observation.time, observation.object_rpy[1], observation.object_rpy_desired[1])
+    if is_euler and stop:
+        raise stop
+    axes[3:, 3:] = observation.object_rotation
+    set_task(pick(observed_by(_READS), observation.fields), is_euler, error, rate, unused)
+    return PoseTask(error, rate, observation.coordinate_map if is_euler else axes)
 
 
 def irregular(name: str, time: float, *pitches: float) -> ControllerError | None:

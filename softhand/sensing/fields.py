@@ -180,7 +180,7 @@ def __getattr__(name: str) -> Any:
     if name not in globals():
         mask = int(name.removeprefix(_PREFIX), 16)
         names = [field for k, field in enumerate(_NAMES) if mask >> k & 1]
-        globals()[name] = namedtuple(name, names, module=__name__)  # type: ignore[misc]
+        globals()[name] = namedtuple(name, names, module=__name__)
     return globals()[name]
 
 
