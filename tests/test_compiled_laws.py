@@ -128,11 +128,29 @@ class Beyond(Controller):
 
 def test_a_formula_that_cannot_be_compiled_is_told_in_one_error() -> None:
     """Its controller, the cause, and what to write; the same in both loops."""
-    words = r"controller 'Unknown': its formula cannot be compiled: .*joint_velocty"
+    words = r"controller 'Unknown': its formula cannot be compiled: .*joint_velocty.*did you mean 'joint_velocity'"
     with pytest.raises(ControllerError, match=words):
         in_compiled_loop("target-a", {"duration": 0.01}, Unknown())
     with pytest.raises(ControllerError, match=words):
         build(load_scenario("target-a", {"duration": 0.01}), Unknown()).run()
+
+
+class Texts(Controller):
+    """Beyond what numba compiles."""
+
+    @staticmethod
+    def formula(observed: Any, settings: Any, memory: Any, torque: Any) -> None:
+        """An attribute that arrays do not have."""
+        torque[0] = observed.joint_velocity.norm()
+
+
+def test_a_formula_beyond_numba_is_told_in_one_error() -> None:
+    """The cause in one line, and what to write."""
+    with pytest.raises(
+        ControllerError, match=r"'Texts': its formula cannot be compiled: .*norm.*plain numbers"
+    ) as caught:
+        in_compiled_loop("target-a", {"duration": 0.01}, Texts())
+    assert len(str(caught.value)) < 500 and "\n" not in str(caught.value)
 
 
 def test_a_formula_that_raises_ends_the_run_with_its_error() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dis
 from collections import namedtuple
 from collections.abc import Callable
 from functools import cache
@@ -19,6 +20,7 @@ from softhand.numerics.arrays import Array
 from softhand.sensing.fields import ALIASES, FIELDS, SPANS, observed_by, pick
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Settings
+from softhand.settings.wording import nearest
 
 if TYPE_CHECKING:
     from softhand.controllers.controller import Controller
@@ -46,6 +48,12 @@ class Law:
     """
 
     def __init__(self, controller: Controller, observation: Observation, memory: Any) -> None:
+        if wrong := _no_field(controller.formula):
+            raise ControllerError(
+                f"controller '{type(controller).__name__}': its formula cannot be compiled: an observation has no field "
+                f"{wrong}",
+                controller=type(controller).__name__, reason="formula", time=observation.time,
+            )  # fmt: skip
         code = _code_of(controller.formula)
         self.controller, self.reads = controller, code.reads
         self.memory = _as_memory(controller, memory)
@@ -123,6 +131,22 @@ def _names_in(formula: Callable[..., Any]) -> list[str]:
             if of in FIELDS or of in SPANS:
                 found[name] = None
     return list(found)
+
+
+@cache
+def _no_field(formula: Any) -> str | None:
+    """The first name that a formula of a user asks its first argument for in vain, with what is near to it."""
+    if hasattr(formula, "py_func"):
+        return None
+    code, before = formula.__code__, ""
+    for step in dis.get_instructions(code):
+        field = ALIASES.get(step.argval, step.argval) if step.opname == "LOAD_ATTR" else ""
+        if field and before == code.co_varnames[0] and field not in FIELDS and field not in SPANS:
+            near = nearest(step.argval, [*FIELDS, *SPANS, *ALIASES])
+            return f"{step.argval!r} for a formula" + (f"; did you mean {near!r}?" if near else ".")
+        loaded = step.argval if step.opname.startswith("LOAD_FAST") else ""
+        before = loaded[-1] if isinstance(loaded, tuple) else loaded
+    return None
 
 
 def _plain(formula: Callable[..., Any]) -> Callable[..., Any]:
