@@ -50,8 +50,8 @@ class Law:
     def __init__(self, controller: Controller, observation: Observation, memory: Any) -> None:
         if wrong := _no_field(controller.formula):
             raise ControllerError(
-                f"controller '{type(controller).__name__}': its formula cannot be compiled: an observation has no field "
-                f"{wrong}",
+                f"controller '{type(controller).__name__}': its formula cannot be compiled: an observation has no "
+                f"field {wrong}",
                 controller=type(controller).__name__, reason="formula", time=observation.time,
             )  # fmt: skip
         code = _code_of(controller.formula)
@@ -142,7 +142,7 @@ def _no_field(formula: Any) -> str | None:
     for step in dis.get_instructions(code):
         field = ALIASES.get(step.argval, step.argval) if step.opname == "LOAD_ATTR" else ""
         if field and before == code.co_varnames[0] and field not in FIELDS and field not in SPANS:
-            near = nearest(step.argval, [*FIELDS, *SPANS, *ALIASES])
+            near = nearest(step.argval, [*FIELDS, *SPANS])
             return f"{step.argval!r} for a formula" + (f"; did you mean {near!r}?" if near else ".")
         loaded = step.argval if step.opname.startswith("LOAD_FAST") else ""
         before = loaded[-1] if isinstance(loaded, tuple) else loaded
