@@ -12,9 +12,11 @@ with hyphens: `SoftGel` is `soft-gel`. No scenario can do that.
 from __future__ import annotations
 
 import inspect
+import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec, spec_from_file_location
@@ -53,6 +55,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
     "references": {
+        "hold": "softhand.references.hold:Hold",
         "step": "softhand.references.straight:Step",
         "minimum-jerk": "softhand.references.straight:MinimumJerk",
         "waypoints": "softhand.references.waypoints:Waypoints",
@@ -169,7 +172,8 @@ def plugin_name(kind: str, plugin: type[Any]) -> str:
     target = f"{plugin.__module__}:{plugin.__qualname__}"
     known = [name for name, other in SHIPPED[kind].items() if other == target]
     known += [name for name, other in _from_files[kind].items() if other is plugin]
-    known += [name for name, entry in _foreign(kind).items() if not known and _loads(entry, plugin)]
+    if not known:
+        known = [name for name, entry in _foreign(kind).items() if _loads(entry, plugin)]
     return known[0] if known else plugin.__name__
 
 
@@ -192,4 +196,18 @@ def _load(target: str) -> type[Any]:
 
 
 def _foreign(kind: str) -> dict[str, EntryPoint]:
+    return _listed(kind, tuple(map(_stamp, sys.path)))
+
+
+@lru_cache(maxsize=16)
+def _listed(kind: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, EntryPoint]:
+    """Looked up anew, which takes some milliseconds, when packages have come or gone."""
     return {entry.name: entry for entry in entry_points(group=f"softhand.{kind}")}
+
+
+def _stamp(folder: str) -> tuple[str, int]:
+    """A place where packages are, and when one was last put there or taken away [ns]."""
+    try:
+        return folder, os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return folder, 0

@@ -144,7 +144,7 @@ def test_a_reference_without_a_formula_is_told() -> None:
 
 def test_an_unknown_kind_gives_the_nearest() -> None:
     """As for laws and controllers."""
-    with pytest.raises(ScenarioError, match=r'Did you mean "minimum-jerk".*There are: step, minimum-jerk') as caught:
+    with pytest.raises(ScenarioError, match=r'Did you mean "minimum-jerk".*There are: hold, step, min') as caught:
         read_reference(softhand.load_scenario("target-a", {"reference.kind": "minimumjerk"}))
     assert caught.value.key == "reference.kind"  # type: ignore[attr-defined]
 

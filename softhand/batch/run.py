@@ -10,7 +10,6 @@ import numpy as np
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
-from softhand.batch.keep import Keep
 from softhand.batch.loop import BAD_TORQUE, FAULT, FINGER, LAST, LIMIT, NEXT, SAMPLES, Plan, Senses, run_periods
 from softhand.errors import ControllerError, SimulationStopped
 from softhand.numerics.addressed import addressed
@@ -20,6 +19,7 @@ from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted
 from softhand.simulation.faults import HEALTHY, stopped
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push, push_table
 from softhand.simulation.simulation import TOTALS, whole_periods
 from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of

@@ -13,6 +13,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup, resolve
 from softhand.checks.values import list_values
+from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
@@ -84,6 +85,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_table(scenario, world),
         *_of_target(setup),
+        *_of_loop(setup),
     ]
     start = [
         *_tip_rows(observation, world),
@@ -200,6 +202,12 @@ def _of_target(setup: Setup) -> Iterator[str]:
             if error.quantity == "reach" and error.value > radius and str(error) not in told:
                 told.add(str(error))
                 yield f"reference: at the target, {error}"
+
+
+def _of_loop(setup: Setup) -> Iterator[str]:
+    found = growing(setup)
+    if found is not None:
+        yield found.text()
 
 
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:

@@ -31,6 +31,7 @@ from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show
 from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
+    from softhand.assembly.resolve import Setup
     from softhand.recording.recording import Recording
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
@@ -106,10 +107,19 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly.build import build
+    from softhand.assembly.build import assemble
+    from softhand.assembly.resolve import resolve
+    from softhand.closed_loop.growing import growing, growing_run
     from softhand.simulation.interrupts import interrupts_held
 
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    simulation = assemble(setup)
+    is_whole = scenario.record.variables is None
+    plot &= is_whole
+    grows = None if quiet else growing(setup)
+    if grows:
+        warning = f"{grows.short()} `softhand check` says what helps."
+        error_console().print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
@@ -121,14 +131,29 @@ def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet
         except SimulationStopped as stop:
             with interrupts_held():
                 folder, _ = _save(stop.recording, folder, plot)
+            stop.say_more(_what_grew(stop, setup))
             stop.say_more(f"\nWhat was computed until then is in {folder}/.")
             raise
     with interrupts_held() as held:
         folder, files = _save(recording, folder, plot)
     if held.came:
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
-    if not quiet:
+    if not quiet and is_whole:
         _print_summary(recording, simulation, folder, files)
+        grew = growing_run(recording, setup, grows)
+        if grew:
+            console().print(f"[yellow]note:[/] {escape(grew.text())}", highlight=False)
+    elif not quiet:  # what the summary and the figure show is not all there
+        console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
+
+
+def _what_grew(stop: SimulationStopped, setup: Setup) -> str:
+    """Why a run was lost, if its loop was unstable."""
+    from softhand.closed_loop.growing import growing_run
+
+    whole = setup.scenario.record.variables is None
+    grew = growing_run(stop.recording, setup) if whole and stop.reason != "interrupted" else None
+    return f"\nA likely cause: {grew.text()}" if grew else ""
 
 
 def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:

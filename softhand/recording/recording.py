@@ -23,9 +23,10 @@ import numpy as np
 from softhand.errors import RecordingError
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
-from softhand.recording.whole_file import write_whole
+from softhand.recording.whole_file import fill_whole, write_whole
 
 Attribute = float | int | str
+_IN_MEMORY = 20_000_000  # bytes of a recording that is put together in memory before it is written
 _MOST_COMPRESSED = 1100  # bytes in memory for one in the file; deflate reaches 1032
 _TITLE = "softhand: recording of a run"
 _REPORT = "softhand.viewer.report.report"  # by name, since it lies far above
@@ -102,7 +103,11 @@ class Recording:
         Raises:
             RecordingError: the file cannot be written.
         """
-        write_whole(Path(path), lambda: _to_netcdf(self))
+        size = sum(array.nbytes for array in self.variables.values())
+        if size <= _IN_MEMORY:
+            write_whole(Path(path), lambda: _to_netcdf(self))
+        else:
+            fill_whole(Path(path), lambda partial: _write_netcdf(self, partial), size)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one row a sample, with columns such as `object_position_x_m`, whole or not at all.
@@ -217,14 +222,19 @@ def _to_netcdf(recording: Recording) -> bytes:
     Built in memory: a full disk then fails in one plain write, where HDF5 would be left with a file it cannot close.
     Not compressed: deflate with shuffle takes 45 % longer and saves a fifth.
     """
+    buffer = io.BytesIO()
+    _write_netcdf(recording, buffer)
+    return buffer.getvalue()
+
+
+def _write_netcdf(recording: Recording, target: Path | io.BytesIO) -> None:
     # Imported here, since HDF5 takes 0.1 s to load and most commands do without.
     import h5netcdf
     import h5py
 
     used = {dim for name in recording.variables for dim in VARIABLES[name].dims[1:]}
     labels = {**recording.labels, **{dim: names for dim, names in COMPONENTS.items() if dim in used}}
-    buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
+    with h5netcdf.File(target, "w") as file:
         file.attrs.update(title=_TITLE, softhand_version=recording.version, scenario=recording.scenario)
         file.attrs.update(complete=int(recording.complete), reason=recording.reason)
         file.attrs.update(stop_time=float(recording.stop_time), **recording.attributes)
@@ -236,7 +246,6 @@ def _to_netcdf(recording: Recording) -> bytes:
         for name, array in recording.variables.items():
             variable = file.create_variable(name, VARIABLES[name].dims, data=array)
             variable.attrs.update(units=VARIABLES[name].units, long_name=VARIABLES[name].long_name)
-    return buffer.getvalue()
 
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"

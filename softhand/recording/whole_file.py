@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -23,6 +24,19 @@ def write_whole(path: Path, encode: Callable[[], bytes]) -> None:
     with _partial(path) as partial:
         partial.write_bytes(encode())
         os.replace(partial, path)
+
+
+def fill_whole(path: Path, fill: Callable[[Path], None], size: int) -> None:
+    """The same for content that `fill` writes itself, of about so many bytes; without room for them it is not begun."""
+    with _partial(path) as partial:
+        partial.touch()
+        if shutil.disk_usage(partial.parent).free < size + _MARGIN:
+            raise OSError(errno.ENOSPC, f"{size / 1e6:.0f} MB are needed, and {os.strerror(errno.ENOSPC)}")
+        fill(partial)
+        os.replace(partial, path)
+
+
+_MARGIN = 10_000_000  # [bytes]
 
 
 def check_place(path: Path) -> None:

@@ -150,4 +150,4 @@ def overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[s
 def _absolute_value(key: str, value: Any) -> Any:
     if key in ("hand.urdf", "object.urdf"):
         return _absolute(value, Path.cwd())
-    return with_absolute_paths({key: value}, Path.cwd())[key]
+    return with_absolute_paths({key: value}, Path.cwd())[key] if key in ("hand", "object") else value

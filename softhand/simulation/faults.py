@@ -78,7 +78,7 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
     }[fault]
     return SimulationStopped(
         f"{name} {what} after t = {last_good:g} s; the fingertip model ends there. "
-        "If the motion was rough before, the step is too large for this stepper.",
+        "`softhand check` tells whether the step is too long for the stepper, or the loop grows by itself.",
         reason=_NAMES[fault],
         time=last_good,
         finger=name,
@@ -117,8 +117,8 @@ def broken_down(error: FloatingPointError, plant: Plant, last_good: float) -> Si
 def diverged(why: str, last_good: float) -> SimulationStopped:
     """The error for a run whose integration broke down."""
     return SimulationStopped(
-        f"the run diverged ({why}); the last good time is t = {last_good:g} s. Try a smaller stepper.step, "
-        "the stepper midpoint, which is stable for stiff tips, or lower gains.",
+        f"the run diverged ({why}); the last good time is t = {last_good:g} s. `softhand check` tells whether "
+        "stepper.step is too long for the stepper (midpoint is stable for stiff tips), or the loop grows by itself.",
         reason="diverged",
         time=last_good,
     )

@@ -21,6 +21,7 @@ from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
 from softhand.simulation.interrupts import interrupts_held
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
@@ -69,6 +70,7 @@ class Simulation:
         control_period: between two samples [s]; a whole number of steps.
         scenario: as the attribute.
         pushes: from outside, at times that are known.
+        keep: what is recorded of `run`; all variables, each control period, if None.
     """
 
     def __init__(
@@ -82,9 +84,11 @@ class Simulation:
         control_period: float,
         scenario: str = "",
         pushes: Sequence[Push] = (),
+        keep: Keep | None = None,
     ) -> None:
         self.plant, self.state, self.scenario, self.reference = plant, start.copy(), scenario, reference
         self._start, self._period = start, control_period
+        self._keep = keep or Keep.all()
         self._periods, self._steps = round(duration / control_period), round(control_period / stepper.step)
         self._step = stepper.step
         self._sensor = Sensor(plant, reference.desired)
@@ -232,14 +236,13 @@ class Simulation:
         """
         self.reset(start)
         first, last = self._k, self._periods if until is None else round(until / self._period)
-        count = max(last - first + 1, 0)
-        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, count, self._period)
-        samples.turns = dict(self._turns)
+        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, self._period, self._keep)
+        samples.turns, self._first = dict(self._turns), first
         self._began = clock.perf_counter()
         try:
             for k in range(first, last + 1):
                 self.sample()
-                samples.record()
+                samples.record(k, always=k == last)
                 if k == first:
                     self._began = clock.perf_counter()  # the first sample may compile the controller
                 if progress is not None and k % _REPORT_EVERY == 0:
@@ -249,17 +252,17 @@ class Simulation:
                 if k < last:
                     self.step()
         except SimulationStopped as stop:
-            stop.say_more(approach(samples.contact_angles()[:, :, 1], self.plant) if len(samples) else "")
-            stop.recording = self._finish(samples, first, str(stop))
+            stop.say_more(approach(samples.largest_Phi[None], self.plant))
+            stop.recording = self._finish(samples, str(stop))
             raise
         except KeyboardInterrupt as interrupt:
-            time = round(self._period * (first + max(len(samples) - 1, 0)), 12)
+            time = samples.time
             message = f"interrupted at t = {time:g} s"
             with interrupts_held():
-                recording = self._finish(samples, first, message)
+                recording = self._finish(samples, message)
             raise SimulationStopped(message, recording=recording, reason="interrupted", time=time) from interrupt
         with interrupts_held() as held:
-            recording = self._finish(samples, first, "")
+            recording = self._finish(samples, "")
         if held.came:
             raise SimulationStopped(
                 f"interrupted after the last sample, at t = {recording.stop_time:g} s; the run is complete",
@@ -293,11 +296,11 @@ class Simulation:
         """Time of the previous sample [s]."""
         return round(max(self._k - 1, 0) * self._period, 12)
 
-    def _finish(self, samples: Samples, first: int, reason: str) -> Recording:
-        steps = max(len(samples) - 1, 0) * self._steps
+    def _finish(self, samples: Samples, reason: str) -> Recording:
+        steps = max(self._k - self._first, 0) * self._steps
         wall = max(clock.perf_counter() - self._began, 1e-9)
         figures = {"steps_per_second": steps / wall, "wall_time": wall}
-        recording = samples.recording(first, self.scenario, reason, self.reference.phases, figures)
+        recording = samples.recording(self.scenario, reason, self.reference.phases, figures)
         self._turns = samples.turns
         return recording
 

@@ -14,6 +14,7 @@ from softhand.errors import GraspError
 from softhand.model.shapes.face import Face
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root
+from softhand.numerics.spatial import cross_matrix
 from softhand.plant.plant import Plant
 
 _MOVED = 1e-3  # [m] by which the object may be off the place where it rests
@@ -151,7 +152,7 @@ class _Place:
         forces = self._signs[:, None] * np.einsum("kab,kb->ka", contacts["rotation"], contacts["force"][:, :3])
         arms = contacts["point"] - position - rotation @ self._lever
         torsions = (self._signs * contacts["force"][:, 3])[:, None] * contacts["rotation"][:, :, 2]
-        moment = np.sum(np.cross(arms, forces) + torsions, axis=0)
+        moment = np.sum(np.einsum("kij,kj->ki", cross_matrix(arms), forces) + torsions, axis=0)
         return np.concatenate([forces.sum(axis=0) / self.weight + self._down, moment / (self.weight * self.size)])
 
     def slope(self, step: Array) -> Array:

@@ -13,6 +13,7 @@ from softhand.errors import GraspError
 from softhand.model.arm import Arm
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import cross_matrix
 
 
 def contact_forces(
@@ -36,7 +37,7 @@ def contact_forces(
     nc = len(points)
     inertia = world.model.inertias[world.object_joint]
     weight = -inertia.mass * world.model.gravity.linear
-    load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
+    load = np.concatenate([weight, cross_matrix(rotation @ inertia.lever) @ weight])
     G = grasp_map(np.array(points) - position)
     carried = np.linalg.pinv(G, rcond=1e-9) @ load
     residual = G @ carried - load
@@ -48,9 +49,10 @@ def contact_forces(
         )  # fmt: skip
     forces = carried.reshape(nc, 3).copy()
     for (i, j), magnitude in zip(contact_pairs(nc), np.asarray(internal_force, dtype=float), strict=True):
-        direction = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
-        forces[i] += magnitude * direction
-        forces[j] -= magnitude * direction
+        way = points[j] - points[i]
+        pull = magnitude * (way / np.linalg.norm(way))
+        forces[i] += pull
+        forces[j] -= pull
     return forces
 
 

@@ -11,6 +11,7 @@ from softhand.contact.damping import relax, relaxation_rate, slide
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
+from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
 from softhand.model.rigid import rigid_terms
 from softhand.model.snapshot import Terms
@@ -51,12 +52,13 @@ class Mechanics(NamedTuple):
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
-    nv = plant.world.model.nv
+    nv, snapshot = plant.world.model.nv, plant.snapshot
+    assert isinstance(snapshot, CompiledSnapshot)
     return Mechanics(
-        plant.snapshot.tree,
+        snapshot.tree,
         plant.joints,
         plant.touching,
-        plant.snapshot.terms,
+        snapshot.terms,
         plant.envelope,
         plant.at,
         state.arrays,
