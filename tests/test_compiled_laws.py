@@ -13,11 +13,11 @@ from softhand import Controller, ControllerError, SimulationStopped, build, load
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import Asked
-from softhand.batch.keep import Keep
 from softhand.batch.run import CompiledRun, Result
 from softhand.controllers import blocks
 from softhand.numerics.linear import least_norm_columns, truncated_solution
 from softhand.plugins import SHIPPED
+from softhand.simulation.keep import Keep
 
 KEPT = ("joint_position", "object_position", "object_rpy", "contact_force", "joint_torque")
 SCENARIOS = {
