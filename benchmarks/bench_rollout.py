@@ -47,6 +47,7 @@ PERIOD = 0.001  # [s]
 ROUND = 250  # periods
 RUNS = 16  # of a batch
 THREADS = 2
+PACKAGES = ("softhand", "mujoco", "numba", "pin")
 WARM_UP = 3  # rounds that do not count
 
 Seconds = NDArray[np.float64]
@@ -91,7 +92,7 @@ def measured(rounds: int) -> dict[str, Any]:
                     taken[row][k - WARM_UP, side] = time.perf_counter() - begin
     return {
         "machine": {"processor": platform.processor() or platform.machine(), "system": platform.platform()},
-        "versions": {"python": platform.python_version(), **{name: version(name) for name in ("mujoco", "numba", "pin")}},
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
         **{row: row_figures(seconds, RUNS if "batch" in row else 1) for row, seconds in taken.items()},
     }  # fmt: skip
 

@@ -18,9 +18,9 @@ from packaging.requirements import Requirement
 PAGE = Path(__file__).parent.parent / "docs" / "licences.md"
 HEAD = """# Licences
 
-softhand is under the [BSD 3-Clause licence](../LICENSE). What it needs is installed beside it, each under a licence of its own;
-`python scripts/licences.py` makes this table from what the packages tell. Packages of the system, such as Chromium, are not
-listed.
+softhand is under the [BSD 3-Clause licence](../LICENSE). What it needs is installed beside it, each package under a licence
+of its own; `python scripts/licences.py` makes this table from what they tell. Programs of the system, such as Chromium, are
+not listed.
 
 | Package | Needed by | Licence |
 | --- | --- | --- |
@@ -33,8 +33,8 @@ VIRAL = re.compile(r"\bA?GPL|Affero|GNU General Public", re.IGNORECASE)
 WEAK = re.compile(r"LGPL|Lesser", re.IGNORECASE)
 TOLD = {  # where the metadata names no licence, the file in the package does
     "cmeel": "BSD-2-Clause", "cmeel-boost": "BSL-1.0", "cmeel-eigen": "MPL-2.0", "cmeel-octomap": "BSD-3-Clause",
-    "cmeel-qhull": "Qhull", "cmeel-tinyxml2": "Zlib", "cmeel-urdfdom": "BSD-3-Clause", "cmeel-console-bridge": "BSD-3-Clause",
-    "cmeel-assimp": "BSD-3-Clause", "cmeel-zlib": "Zlib", "cmeel-urdfdom-headers": "BSD-3-Clause",
+    "cmeel-qhull": "Qhull", "cmeel-tinyxml2": "Zlib", "cmeel-urdfdom": "BSD-3-Clause", "cmeel-zlib": "Zlib",
+    "cmeel-console-bridge": "BSD-3-Clause", "cmeel-assimp": "BSD-3-Clause", "cmeel-urdfdom-headers": "BSD-3-Clause",
 }  # fmt: skip
 """Licences by name."""
 
@@ -48,7 +48,9 @@ def licence_of(package: Distribution) -> str:
     expression = data.get("License-Expression")
     if expression:
         return str(expression)
-    classifiers = [text.rpartition("::")[2].strip() for text in data.get_all("Classifier") or () if "License ::" in text]
+    classifiers = [
+        text.rpartition("::")[2].strip() for text in data.get_all("Classifier") or () if "License ::" in text
+    ]
     if classifiers:
         return ", ".join(classifiers)
     return " ".join((data.get("License") or "").split("\n")[0].split())[:60]

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
+from softhand.settings.failures import failure
 from softhand.settings.wording import nearest
 
 SHIPPED: dict[str, dict[str, str]] = {
@@ -96,8 +97,9 @@ def load_plugin_file(file: Path) -> list[str]:
     sys.modules[module.__name__] = module  # formulas of laws are compiled by the module that they are in
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
-        raise ScenarioError(f"{file}: this plugin cannot be run: {error!r}.", value=str(file)) from error
+    except (Exception, SystemExit) as error:
+        why = failure(error, spec.origin or file)
+        raise ScenarioError(f"{file}: this plugin cannot be run: {why}; mend it.", value=str(file)) from error
     own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
     found = [(kind, item) for kind, base in _BASES.items() for item in own if issubclass(item, _load(base))]
     if not found:
@@ -155,7 +157,7 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
         found = entry.load()
     except Exception as error:
         raise ScenarioError(
-            f'{key}: the {kind[:-1]} "{name}" of the entry point {entry.value} cannot be imported: {error!r}.',
+            f'{key}: the {kind[:-1]} "{name}" of the entry point {entry.value} cannot be imported: {failure(error)}.',
             key=key,
             value=name,
         ) from error

@@ -381,7 +381,7 @@ def test_angle_feedback_leaves_a_spring_about_the_normal(pinch: Stage, seed: int
     assert_allclose(np.abs(b), [0.0, 1.0, 0.0], atol=1e-12)
     seen = pinch.at(pinch.near(seed))
     seen.object_rpy_desired[1] = 0.2
-    contact_forces(seen.fields, controller.constants(seen), b, forces)
+    contact_forces(seen._views, controller.constants(seen), b, forces)
     assert_allclose(forces.sum(axis=0), [0.0, 0.0, 0.2 * 9.81] + 5.0 * seen.contact_rotation[:, :, 2].sum(axis=0),
                     rtol=0.0, atol=1e-9)  # fmt: skip
     moment = b @ np.cross(seen.contact_point - seen.object_position, forces).sum(axis=0)

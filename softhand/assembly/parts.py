@@ -8,9 +8,9 @@ from typing import Any
 
 from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
-from softhand.dampings.damping import Damping
+from softhand.dampings.damping import Damping, check_damping
 from softhand.errors import ScenarioError
-from softhand.laws.law import Law
+from softhand.laws.law import Law, check_law
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
@@ -51,16 +51,23 @@ def written(kind: str, settings: Settings, key: str = "name") -> dict[str, Any]:
 
 
 def read_tip(scenario: Scenario, tip: str = "", law: Law | None = None) -> TipMaterial:
-    """The material of one fingertip, or of all which have no table of their own; with another law if given."""
+    """The material of one fingertip, or of all which have no table of their own; with another law if given.
+
+    Raises:
+        ScenarioError: a name or a setting is wrong.
+        LawError: the formula of the law cannot be used.
+    """
     own = tip in (scenario.fingertip.tips or {})
     section, path = scenario.fingertip.at(tip), f"fingertip.tips.{tip}" if own else "fingertip"
     if law is None:
         law = read_settings(find_plugin("laws", section.law, f"{path}.law"), section.parameters, path)
     assert law is not None
+    check_law(law)
     damping, chosen = law.damping, section.damping
     if chosen is not None:
         damping_class = find_plugin("dampings", chosen.name, f"{path}.damping.name")
         damping = read_settings(damping_class, chosen.parameters, f"{path}.damping")
+    check_damping(damping, f"{path}.damping")
     return TipMaterial(section, law, damping)
 
 

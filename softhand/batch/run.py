@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -100,7 +101,7 @@ class CompiledRun:
             command=self.law.torque,
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
-            clock=observation.fields.clock,
+            clock=observation._views.clock,
             desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
             pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
@@ -150,9 +151,9 @@ class CompiledRun:
         """The error for what ended the run."""
         fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
         if fault != BAD_TORQUE:
-            return stopped(fault, finger, self.plant, self._time())
+            return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
-        name, self._observation.time = type(controller).__name__, time
+        name, self._observation.__dict__["time"] = type(controller).__name__, time
         assert self.law is not None
         error = controller.complaint(self._observation, self.law)
         if isinstance(error, SimulationStopped):

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Plugins, Set, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Plugins, Set, check_figure, print_table, progress, say, say_compiling
 from softhand.errors import ScenarioError
 
 
@@ -50,4 +50,4 @@ def stability(
         save_figure(draw_scan(found.scan, title, found.period), out)
     print_table(scenario, found.rows())
     if found.scan is not None:
-        console().print(f"wrote {out}", highlight=False)
+        say(f"wrote {out}")

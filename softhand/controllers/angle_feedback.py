@@ -39,7 +39,7 @@ class AngleFeedback(Controller):
     D: NonNegative = 0.002
     """Damping of the angle [N m s/rad]."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

@@ -42,7 +42,7 @@ class Blind(Controller):
     mass: NonNegative = 0.2
     """Mass of the object, which the fingers carry in equal parts [kg]."""
     damping: Gain = 0.005
-    """Damping C of the joints [N m s/rad], one number or one a joint."""
+    """Damping C of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

@@ -55,7 +55,7 @@ class ComputedTorque(Controller):
     K_d_orientation: Gain = 12.0
     """Damping of the error of the orientation [1/s], one number or three."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

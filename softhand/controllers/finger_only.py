@@ -56,7 +56,7 @@ class FingerOnly(Controller):
     K_O_orientation: Gain = 0.3
     """Stiffness of the orientation [N m/rad], one number or three, as in `regulation`."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
     K_N: Gain = 1.5
     """Gain of the internal force [1], one number or one a pair of contacts."""
 

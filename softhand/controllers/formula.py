@@ -59,7 +59,7 @@ class Law:
         self.memory = _as_memory(controller, memory)
         self.shape = self.memory.shape
         self.torque = np.zeros(observation.joint_position.shape[0])
-        observed = pick(code.observed, observation.fields, **code.renamed)
+        observed = pick(code.observed, observation._views, **code.renamed)
         arguments = observed, controller.constants(observation), self.memory, self.torque
         try:
             self.call: Addressed = addressed(code.kernel, *arguments)

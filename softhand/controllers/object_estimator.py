@@ -165,7 +165,7 @@ READS = ("joint_position", "tip_position", "tip_rotation", "tip_jacobian", "tip_
 
 
 def _seen(observation: Observation) -> Any:
-    return pick(observed_by(READS), observation.fields)
+    return pick(observed_by(READS), observation._views)
 
 
 @compiled

@@ -50,7 +50,7 @@ class ObjectImpedance(Controller):
     K_int: Gain = 1.0
     """Factor of the desired internal force [1], one number or one a pair of contacts."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

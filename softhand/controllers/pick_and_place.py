@@ -60,11 +60,11 @@ class PickAndPlace(Controller):
     K_O_orientation: Gain = 0.3
     """Stiffness of the orientation, as in `regulation` [N m/rad], one number or three."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
     K_N: Gain = 1.5
     """Gain of the internal force, as in `regulation` [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
-    """Stiffness of idle joint motions towards the open fingers of the start [N m/rad], one number or one a joint."""
+    """Stiffness of idle joint motions to the open fingers of the start [N m/rad or N/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

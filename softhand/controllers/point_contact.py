@@ -50,7 +50,7 @@ class PointContact(Controller):
     D_orientation: NonNegative = 0.001
     """Damping of the angular velocity of the object [N m s/rad]."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

@@ -64,7 +64,7 @@ def pose_task(name: str, observation: Observation, form: OrientationError) -> Po
     if is_euler and stop:
         raise stop
     axes[3:, 3:] = observation.object_rotation
-    set_task(pick(observed_by(_READS), observation.fields), is_euler, error, rate, unused)
+    set_task(pick(observed_by(_READS), observation._views), is_euler, error, rate, unused)
     return PoseTask(error, rate, observation.coordinate_map if is_euler else axes)
 
 

@@ -61,11 +61,11 @@ class Regulation(Controller):
     K_O_orientation: Gain = 0.3
     """Stiffness of the orientation [N m/rad], one number, or three: about axes of the object, or roll, pitch, yaw."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
     K_N: Gain = 1.5
     """Gain of the internal force [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
-    """Stiffness of idle joint motions towards the angles of the start [N m/rad], one number or one a joint."""
+    """Stiffness of idle joint motions towards the angles of the start [N m/rad or N/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

@@ -37,9 +37,9 @@ class TwoPhase(Controller):
     K_I: NonNegative = 0.4
     """Way of a tip for its integral [m/(rad s)]."""
     K_q: Gain = 2.0
-    """Stiffness of the joints [N m/rad], one number or one a joint, above 0."""
+    """Stiffness of the joints [N m/rad or N/m], one number or one a joint, above 0."""
     K_d: Gain = 0.02
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
     @property
     def formula(self) -> Any:  # type: ignore[override]

@@ -13,7 +13,14 @@ from matplotlib.lines import Line2D
 
 from softhand.numerics.arrays import Array
 from softhand.plots.panels import draw_legend, panel, plot_fingers, split, warn, widen
-from softhand.plots.quantities import BEYOND_LIMIT, FRICTION_TOP, contact_quantities, finger_name, joints_of_fingers
+from softhand.plots.quantities import (
+    BEYOND_LIMIT,
+    FRICTION_TOP,
+    contact_quantities,
+    finger_name,
+    joints_of_fingers,
+    torque_and_unit,
+)
 from softhand.plots.style import DASHED, ON_TOP, WARNING, finger_color
 from softhand.recording.events import find_events
 from softhand.recording.recorded import is_coulomb
@@ -87,9 +94,10 @@ def _draw_torques(figure: Figure, place: SubplotSpec, recording: Recording) -> N
     hand = joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
     ranks = max(map(len, hand))
     for k, spot in enumerate(split(place, 1, ranks, wspace=0.31 + 0.1 * (ranks > 3))):
-        axes = panel(figure, spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
         fingers = [finger for finger, joints in enumerate(hand) if k < len(joints)]
         joints = [hand[finger][k] for finger in fingers]
+        what, unit = torque_and_unit(recording, joints)
+        axes = panel(figure, spot, f"{what}, joint {k + 1} [{unit}]", bottom=True, title="" if k else "Joints")
         plot_fingers(axes, recording.time, torque[:, joints], fingers)
         widen(axes, 0.1)
         _mark_limits(axes, recording.time, torque[:, joints], limited[:, joints])

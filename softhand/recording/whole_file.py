@@ -48,7 +48,7 @@ def check_place(path: Path) -> None:
 @contextmanager
 def _partial(path: Path) -> Iterator[Path]:
     """A file beside PATH, gone at the end; what fails is told of PATH."""
-    partial = Path(f"{path}.partial")
+    partial = Path(f"{path}.{os.getpid()}.partial")  # two processes may write the same file
     try:
         if path.exists() and not path.is_file():  # a device or a pipe would be replaced by a file
             raise IsADirectoryError(errno.EISDIR, "it is a folder or a device")

@@ -25,7 +25,7 @@ class GraspSection(Settings):
     opening: NonNegative = 0.0
     """How far off its contact point each tip starts, along the outward normal [m]; 0 is in the grasp."""
     joint_guess: Vector | None = None
-    """Where the inverse kinematics starts [rad], one number a joint; amid the limits if not given."""
+    """Where the inverse kinematics starts [rad or m], one number a joint; amid the limits if not given."""
 
 
 class ControllerSection(OpenSettings):

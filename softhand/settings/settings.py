@@ -21,6 +21,8 @@ Gain: TypeAlias = NonNegative | Annotated[tuple[NonNegative, ...], Field(min_len
 
 _LARGEST = 1e15
 """Beyond it a square or a product soon is no number any more; no quantity of a hand comes near it in SI units."""
+_SMALLEST = 1e-30
+"""What is less and not zero has an inverse that is soon no number."""
 
 _OTHERS = frozenset((str, bool, type(None)))
 _PLAIN = _OTHERS | {float, int}
@@ -51,6 +53,8 @@ class Settings(BaseModel):
         for number in _numbers_in(value):
             if _LARGEST < abs(number) <= sys.float_info.max:  # pydantic tells of what is no number
                 raise ValueError(f"{show(number)} is larger than {_LARGEST:g}; give SI units.")
+            if 0.0 < abs(number) < _SMALLEST:
+                raise ValueError(f"{show(number)} is smaller than {_SMALLEST:g}; give SI units, or 0.")
         return value
 
 
