@@ -87,8 +87,7 @@ class CompiledRun:
             return
         n, sizes = plant.world.n_joints, observation.known.sizes
         periods = round(scenario.duration / scenario.control_period)
-        torque, command = np.zeros((2, n))
-        law = self.law.addressed(observation, command)
+        torque = np.zeros(n)
         self._mechanics = mechanics_of(plant, self._state, torque)
         self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
         self._plan = Plan(
@@ -97,9 +96,9 @@ class CompiledRun:
             steps=round(scenario.control_period / setup.stepper.step),
             stride=whole_periods(setup.controller, scenario.control_period),
             every=keep.every,
-            code=law.code,
-            words=law.place,
-            command=command,
+            code=self.law.call.code,
+            words=self.law.call.place,
+            command=self.law.torque,
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
             clock=observation._views.clock,
@@ -114,7 +113,6 @@ class CompiledRun:
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
         )
-        self._law = law
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
 
     def hold(self, torque: Array) -> None:
@@ -155,16 +153,17 @@ class CompiledRun:
         if fault != BAD_TORQUE:
             return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
-        self._observation.time = time
-        try:  # what the law itself says of such a state
-            controller.torque(self._observation, controller.start(self._observation))
-        except SimulationStopped as error:
+        name, self._observation.__dict__["time"] = type(controller).__name__, time
+        assert self.law is not None
+        error = controller.complaint(self._observation, self.law)
+        if isinstance(error, SimulationStopped):
             return error
+        what = f"raised {type(error).__name__}: {error}"
+        if error is None:
+            what = f"returned a torque with NaN or infinity: {self._plan.command.tolist()} N m"
         return ControllerError(
-            f"controller '{type(controller).__name__}' returned a torque with NaN or infinity: "
-            f"{self._plan.command.tolist()} N m (at t = {time:g} s).",
-            controller=type(controller).__name__, reason="controller", time=time,
-        )  # fmt: skip
+            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
+        )
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self._plan.rows[: self._plan.progress[SAMPLES]]

@@ -115,7 +115,7 @@ class Sensor:
         if not self._observe(True):
             self._plant.snapshot.sense(state.q)
             self._observe(False)
-        self.observation.__dict__["time"] = time
+        self.observation.__dict__["time"] = self.observation._views.clock[0] = time
         return self.observation
 
     def _prepare(self, state: State) -> None:
