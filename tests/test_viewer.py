@@ -7,7 +7,6 @@ import dataclasses
 import socket
 import urllib.error
 import urllib.request
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -365,8 +364,8 @@ def test_what_cannot_be_drawn_is_refused_with_its_reason(recording, changes, sai
 def test_a_recorded_scene_reads_each_text_once(recording, monkeypatch):
     """The scenario as TOML, the URDFs of hand and object as XML."""
     parsed, read = [], []
-    loads, read_document = recorded.tomllib.loads, examination.read_document
-    monkeypatch.setattr(recorded, "tomllib", SimpleNamespace(loads=lambda text: parsed.append(text) or loads(text)))
+    parse, read_document = recorded.parse_toml, examination.read_document
+    monkeypatch.setattr(recorded, "parse_toml", lambda text, *rest: parsed.append(text) or parse(text, *rest))
     monkeypatch.setattr(examination, "read_document", lambda text, file: read.append(text) or read_document(text, file))
     text = recording.scenario + "\n# another text than before"
     RecordedScene(dataclasses.replace(recording, scenario=text))
