@@ -134,7 +134,7 @@ def test_a_joint_beyond_its_stop() -> None:
     angle, limited = np.zeros((N, 1)), np.zeros((N, 1))
     angle[30:40, 0], limited[30:40, 0] = np.linspace(-1.1, -1.2, 10), -1
     assert find_events(recording(joint_position=angle, joint_limited=limited)) == [
-        Event(0.030, "joint limit", "knuckle", "at -1.1 beyond the lower limit, at most -1.2")
+        Event(0.030, "joint limit", "knuckle", "at -1.1 rad beyond the lower limit, at most -1.2 rad")
     ]
 
 
