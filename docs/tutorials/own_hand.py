@@ -40,12 +40,9 @@ Path("claw.urdf").write_text("".join([*parts, "</robot>"]))
 # %%
 broken = Path("claw.urdf").read_text().replace('<mass value="0.04"/>', "", 1)
 Path("broken.urdf").write_text(broken)
-for name in ("claw.urdf", "broken.urdf"):
-    try:
-        softhand.check(name)
-        print(f"{name}: fine")
-    except softhand.SofthandError as error:
-        print(error)
+print("claw.urdf:", softhand.check("claw.urdf").errors or "fine")
+for error in softhand.check("broken.urdf").errors:
+    print(error)
 
 # %% [markdown]
 # A scenario says which frames carry a tip, what the tips are made of, what they hold and where they touch it. We take the
