@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from softhand.version import __version__
     from softhand.viewer.live.replay import view
     from softhand.viewer.live.viewer import Viewer
+    from softhand.viewer.meshcat.viewer import MeshcatViewer
     from softhand.viewer.report.film import write_film
     from softhand.viewer.report.report import write_report
 
@@ -109,6 +110,7 @@ _HOMES = {
     "viewer.report.report": ("write_report",),
     "viewer.live.replay": ("view",),
     "viewer.live.viewer": ("Viewer",),
+    "viewer.meshcat.viewer": ("MeshcatViewer",),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 
