@@ -31,7 +31,7 @@ class Take:
     arcs and trails have at most 60, and the page blends them.
 
     Attributes:
-        animation: for meshcat; more tracks may be added.
+        scene: of the recording.
 
     Args:
         recording: what is played.
@@ -44,26 +44,16 @@ class Take:
 
     def __init__(self, recording: Recording, base: Path, speed: float = 1.0) -> None:
         frames = frames_of(recording, FRAME_RATE / speed, MOST_FRAMES)
-        self._scene = RecordedScene(recording, slip_hold=max(SLIP_HOLD, speed / FRAME_RATE))
-        frames = np.union1d(frames, self._scene.slip_begins)
+        self.scene = RecordedScene(recording, slip_hold=max(SLIP_HOLD, speed / FRAME_RATE))
+        frames = np.union1d(frames, self.scene.slip_begins)
         self._base = base
         self._keys = ((recording.time[frames] - recording.time[0]) * FRAME_RATE / speed).tolist()
         """Time of each frame, in frames of the page."""
-        self.animation = Animation(default_framerate=FRAME_RATE)
-        rows = [self._scene.frame(int(k)) for k in frames]
+        self._animation = Animation(default_framerate=FRAME_RATE)
+        rows = [self.scene.frame(int(k)) for k in frames]
         self._objects: list[Command] = []
-        for n, item in enumerate(self._scene.items):
+        for n, item in enumerate(self.scene.items):
             self._objects += self._film(item, [row[n] for row in rows])
-
-    @property
-    def bounds(self) -> Any:
-        """Spheres around what is there to see."""
-        return self._scene.bounds
-
-    @property
-    def unread(self) -> list[str]:
-        """Meshes that cannot be read."""
-        return self._scene.unread
 
     @property
     def duration(self) -> float:
@@ -78,7 +68,7 @@ class Take:
         """
         yield from self._objects
         yield {
-            **SetAnimation(self.animation, play=play, repetitions=repetitions).lower(),
+            **SetAnimation(self._animation, play=play, repetitions=repetitions).lower(),
             "path": self._base.append("animation").lower(),
         }
 
@@ -123,7 +113,7 @@ class Take:
         self._track(path, name, kind, self._keys, values)
 
     def _track(self, path: Path, name: str, kind: str, times: list[float], values: list[Any]) -> None:
-        clip = self.animation.clips.setdefault(path, AnimationClip(fps=FRAME_RATE))
+        clip = self._animation.clips.setdefault(path, AnimationClip(fps=FRAME_RATE))
         for time, value in zip(times, values, strict=True):
             clip.set_property(time, name, kind, value)
 

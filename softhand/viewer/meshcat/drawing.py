@@ -8,18 +8,21 @@ from typing import NamedTuple
 import numpy as np
 from meshcat.path import Path
 
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.viewer.meshcat.objects import object_of, path_of, place, put, tell
 from softhand.viewer.meshcat.wire import Command
 from softhand.viewer.scene.item import Item, Update
 from softhand.viewer.scene.palette import Colour
 from softhand.viewer.scene.scene import Scene
 
+_MOVED = 5e-6  # [m] that a vertex of a soft item moves before it is sent again: less than can be seen
+
 
 class _Shown(NamedTuple):
     """What meshcat shows of an item."""
 
     pose: Array
+    vertices: AnyArray
     colour: Colour
     visible: bool
 
@@ -53,11 +56,18 @@ class Drawing:
             return
         pose = np.eye(4) if update.pose is None else update.pose
         colour = update.colour or item.colour
-        self._shown[item.name] = _Shown(pose.copy(), colour, True)
+        vertices = item.vertices if update.vertices is None else update.vertices
         returns = before is not None and not before.visible
-        if before is None or item.soft or returns or colour != before.colour:
-            yield put(path, object_of(item, item.vertices if update.vertices is None else update.vertices, colour))
+        if before is None or returns or colour != before.colour or _has_moved(vertices, before.vertices):
+            yield put(path, object_of(item, vertices, colour))
+        else:
+            vertices = before.vertices
+        self._shown[item.name] = _Shown(pose.copy(), vertices, colour, True)
         if returns:
             yield tell(path, "visible", True)
         if before is None or not np.array_equal(pose, before.pose):
             yield place(path, pose)
+
+
+def _has_moved(vertices: AnyArray, before: AnyArray) -> bool:
+    return vertices is not before and bool(np.abs(vertices - before).max() > _MOVED)

@@ -60,6 +60,8 @@ def object_of(item: Item, vertices: AnyArray, colour: Colour, others: Sequence[A
     red, green, blue = (round(255 * part) for part in colour)
     looks: dict[str, Any] = {"color": red << 16 | green << 8 | blue, "opacity": item.opacity}
     looks |= {"depthTest": not item.on_top, "depthWrite": item.opacity > _OPAQUE_FROM and not item.on_top}
+    if others:
+        looks["flatShading"] = True  # normals are those of the shape at the moment
     if item.on_top:
         looks["transparent"] = True  # drawn after what is not
     shape = Shape(vertices, item.faces, others)

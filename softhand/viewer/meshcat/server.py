@@ -45,7 +45,9 @@ class MeshcatServer:
         if not {"zmq_url", "web_url"} <= said.keys():
             self.close()
             why = said.get("error") or "it ended before it listened"
-            raise SofthandError(f"meshcat's server does not start at port {port}: {why}; give another port.", value=port)
+            raise SofthandError(
+                f"meshcat's server does not start at port {port}: {why}; give another port.", value=port
+            )
         self.zmq_url, self.web_url = said["zmq_url"], said["web_url"]
 
     def close(self) -> None:
