@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         SimulationStopped,
         SofthandError,
     )
+    from softhand.export.writing import read_mcap, write_mcap, write_rrd
     from softhand.grasping.placement import Placement, place_object
     from softhand.grasping.proposals import Proposal, Proposals, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
@@ -91,6 +92,7 @@ _HOMES = {
         "SimulationStopped",
         "SofthandError",
     ),
+    "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
     "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),
     "plant.state": ("State",),

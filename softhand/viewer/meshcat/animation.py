@@ -16,6 +16,7 @@ from softhand.viewer.meshcat.objects import object_of, path_of, place, put, tell
 from softhand.viewer.meshcat.wire import Command
 from softhand.viewer.report.packing import frames_of
 from softhand.viewer.scene.item import Item, Update
+from softhand.viewer.scene.poses import quaternion_of
 from softhand.viewer.scene.recorded import SLIP_HOLD, RecordedScene
 
 FRAME_RATE = 30.0  # frames a second on the page
@@ -93,7 +94,7 @@ class Take:
         scales = [np.maximum(np.linalg.norm(pose[:3, :3], axis=0), 1e-9) for pose in poses]
         turned = [pose[:3, :3] / scale for pose, scale in zip(poses, scales, strict=True)]
         self._add(path, "position", "vector3", [pose[:3, 3].tolist() for pose in poses])
-        self._add(path, "quaternion", "quaternion", [quaternion_of(rotation).tolist() for rotation in turned])
+        self._add(path, "quaternion", "quaternion", [list(quaternion_of(rotation)) for rotation in turned])
         self._add_if_changing(path, "scale", "vector3", [scale.tolist() for scale in scales])
 
     def _add_shapes(self, path: Path, samples: list[int]) -> None:
@@ -116,13 +117,6 @@ class Take:
         clip = self._animation.clips.setdefault(path, AnimationClip(fps=FRAME_RATE))
         for time, value in zip(times, values, strict=True):
             clip.set_property(time, name, kind, value)
-
-
-def quaternion_of(rotation: Array) -> Array:
-    """x, y, z, w of a rotation, shape (3, 3)."""
-    import pinocchio as pin
-
-    return np.asarray(pin.Quaternion(np.ascontiguousarray(rotation)).coeffs())
 
 
 def _held(poses: list[Array | None]) -> list[Array]:
