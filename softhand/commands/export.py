@@ -72,8 +72,10 @@ def _format(asked: list[str], out: Path | None) -> str:
 
 def _write(run: Recording, chosen: str, target: Path, rate: float, picture: bool, tell: Progress) -> None:
     from softhand.export.writing import write_mcap, write_rrd
+    from softhand.recording.whole_file import check_place
 
     if chosen == "csv":
+        check_place(target)
         run.to_csv(target)
         return
     (write_mcap if chosen == "mcap" else write_rrd)(run, target, rate, picture, tell)
