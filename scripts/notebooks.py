@@ -71,7 +71,7 @@ def run_notebook(file: Path) -> Page:
             page.markdown += f"```python\n{cell.source}\n```\n\n"
             printed, figures = _run(cell, file, names)
             if printed:
-                page.markdown += f"```text title=\"prints\"\n{printed.rstrip()}\n```\n\n"
+                page.markdown += f'```text title="prints"\n{printed.rstrip()}\n```\n\n'
             for figure in figures:
                 name = f"{file.stem}-{len(page.pictures) + 1}.png"
                 page.pictures[name] = _png(figure)

@@ -85,7 +85,9 @@ def _pages() -> list[str]:
 
 def reference(title: str, sentence: str, members: tuple[str, ...]) -> str:
     """A page of the reference: a directive of mkdocstrings for each name."""
-    directives = [f"::: {getattr(softhand, name).__name__ if name == 'blocks' else f'softhand.{name}'}" for name in members]
+    directives = [
+        f"::: {getattr(softhand, name).__name__ if name == 'blocks' else f'softhand.{name}'}" for name in members
+    ]
     return "\n\n".join([f"# {title}", sentence, *directives]) + "\n"
 
 
@@ -109,7 +111,9 @@ def _link(match: re.Match[str], page: str) -> str:
 def on_page_content(html: str, **_: Any) -> str:
     """Equations as MathML, which browsers set by themselves, from disk too."""
     html = re.sub(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', _equation, html, flags=re.DOTALL)
-    return re.sub(r'<span class="arithmatex">\\\((.*?)\\\)</span>', lambda m: convert(unescape(m[1])), html, flags=re.DOTALL)
+    return re.sub(
+        r'<span class="arithmatex">\\\((.*?)\\\)</span>', lambda m: convert(unescape(m[1])), html, flags=re.DOTALL
+    )
 
 
 def _equation(match: re.Match[str]) -> str:
