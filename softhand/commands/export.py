@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, note_incomplete, progress
+from softhand.commands.console import Quiet, note_incomplete, progress, say
+from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
@@ -35,9 +36,7 @@ def export(
 ) -> None:
     """Write a recording as MCAP, CSV or rrd, for other programs."""
     chosen = _format([name for name, asked in zip(FORMATS, (mcap, csv, rrd), strict=True) if asked], out)
-    from softhand.recording.recording import load_recording
-
-    run = load_recording(recording)
+    run = load_run(recording)
     beside = recording / "run.nc" if recording.is_dir() else recording
     target = out or beside.with_suffix(f".{chosen}")
     if not quiet:
@@ -45,7 +44,7 @@ def export(
     with progress("exporting", 1.0, quiet) as tell:
         _write(run, chosen, target, rate, picture, tell or (lambda done: None))
     if not quiet:
-        console().print(f"wrote {target}", highlight=False, soft_wrap=True)
+        say(f"wrote {target}")
 
 
 def _format(asked: list[str], out: Path | None) -> str:
