@@ -11,10 +11,26 @@ from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
 from softhand.batch.keep import Keep
-from softhand.batch.loop import BAD_TORQUE, FAULT, FINGER, LAST, LIMIT, NEXT, SAMPLES, Plan, Senses, run_periods
+from softhand.batch.loop import (
+    BAD_TORQUE,
+    BETWEEN,
+    FAULT,
+    FINGER,
+    LAST,
+    LAW,
+    LIMIT,
+    NEXT,
+    RECORDED,
+    SAMPLES,
+    Plan,
+    Senses,
+    look,
+    run_periods,
+)
 from softhand.errors import ControllerError, SimulationStopped
-from softhand.numerics.addressed import addressed
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.straight import put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
@@ -22,7 +38,7 @@ from softhand.sensing.sensor import Sensor, Wanted
 from softhand.simulation.faults import HEALTHY, stopped
 from softhand.simulation.pushes import Push, push_table
 from softhand.simulation.simulation import TOTALS, whole_periods
-from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of
+from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of, straight_steps
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
@@ -112,15 +128,30 @@ class CompiledRun:
             rows=np.empty((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
+            straight=np.zeros((3, 2), np.int64),
         )
-        self._law = law
+        self._law, self._straight = law, self._straight_code(command)
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+
+    def _straight_code(self, command: Array) -> tuple[Addressed, ...]:
+        """Straight code for all that there can be, put into its place."""
+        m, senses, plan = self._mechanics, self._senses, self._plan
+        touch, body = m.touch, senses.body
+        arguments = m.tree, touch, m.terms, m.state, m.at, senses
+        codes = {}
+        for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
+            own = touch.pads, touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies, m.tree.joints, parts
+            codes[row] = straight(look, *arguments, parts, plan.Theta, fixed=own)
+        codes[LAW] = self.law.straight(self._observation, command) if self.law is not None else None
+        steps = straight_steps(m, plan.step) if plan.kind == MIDPOINT else ()
+        return (*steps, *(put(code, plan.straight[row]) for row, code in codes.items() if code is not None))
 
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self._mechanics.torque[:] = torque
         kept = parts_of(self._keep.fields)
         self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
+        self._straight = self._straight_code(self._plan.command)
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:

@@ -14,6 +14,7 @@ import numpy as np
 
 from softhand.errors import ControllerError
 from softhand.numerics.arrays import Array
+from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import log_of_turn, set_rotation
 from softhand.sensing.observation import Observation
@@ -99,5 +100,5 @@ def euler_error(coordinates, coordinates_desired, error):
     """error = q_O - q_Od with the angles in (-pi, pi], shape (6,)."""
     for k in range(6):
         error[k] = coordinates[k] - coordinates_desired[k]
-        if k > 2 and abs(error[k]) > math.pi:
+        if k > 2 and seldom(abs(error[k]) > math.pi):
             error[k] -= 2.0 * math.pi * math.ceil(error[k] / (2.0 * math.pi) - 0.5)

@@ -12,6 +12,7 @@ from softhand.controllers.controller import Controller, Torque
 from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.pose import OrientationError, euler_error, is_regular, pose_error, require_regular
 from softhand.numerics.arrays import Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
 from softhand.sensing.bound import Bound
@@ -77,7 +78,8 @@ class Regulation(Controller):
         )
         is_euler = self.orientation_error == "euler"
         names = _COORDINATES if is_euler else _TWIST
-        return Bound(n, regulation, Reads, gains, is_euler, self.torsion_compensation, **names)
+        has_posture = bool(gains.K_posture.any())
+        return Bound(n, regulation, Reads, gains, is_euler, self.torsion_compensation, has_posture, **names)
 
     def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
         """Eq. (59), compiled."""
@@ -138,7 +140,7 @@ class Gains(NamedTuple):
 
 
 @compiled
-def regulation(observed, gains, is_euler, compensate, tau):
+def regulation(observed, gains, is_euler, compensate, has_posture, tau):
     """tau of (59), shape (n,), from the fields of an observation; N_O by the share that the fingers shall carry."""
     n, pairs, nc = tau.shape[0], observed.internal_force.shape[0], observed.contact_force.shape[0]
     pull, wrench, f_C = gains.pull, gains.wrench, gains.f_C
@@ -158,10 +160,8 @@ def regulation(observed, gains, is_euler, compensate, tau):
         for row in range(3 * nc):
             f_C[row] += observed.internal_force_basis[row, k] * internal
     # tau = J_CF^fT f_C - K_v q_F' + N_F + J_CF^tauT tau_C
-    has_posture = False
     for j in range(n):
         tau[j] = observed.gravity_torque[j] - gains.K_v[j] * observed.joint_velocity[j]
-        has_posture = has_posture or gains.K_posture[j] > 0.0
     for row in range(3 * nc):
         for j in range(n):
             tau[j] += observed.hand_force_jacobian[row, j] * f_C[row]
@@ -179,7 +179,8 @@ def _pull(observed, gains, is_euler):
     error, pull, R = gains.error, gains.pull, observed.object_rotation
     if is_euler:
         euler_error(observed.object_coordinates, observed.object_coordinates_desired, error)
-        if not (is_regular(observed.object_coordinates[4]) and is_regular(observed.object_coordinates_desired[4])):
+        pitch, wanted = observed.object_coordinates[4], observed.object_coordinates_desired[4]
+        if not usually(is_regular(pitch) & is_regular(wanted)):
             error[:] = math.nan
     else:
         pose_error(observed.object_coordinates, R, observed.object_coordinates_desired, gains.wanted, error)

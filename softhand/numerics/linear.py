@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 
 SINGULAR = 1e-6
@@ -38,7 +39,7 @@ def factor(A, first):
         pivot = A[i, i]
         for k in range(start, i):
             pivot -= A[i, k] * A[i, k]
-        if not pivot > 0.0:
+        if not usually(pivot > 0.0):
             return i
         A[i, i] = 1.0 / math.sqrt(pivot)
     return -1
@@ -145,7 +146,7 @@ def _factor_well(A):
         for k in range(i):
             pivot -= A[i, k] * A[i, k]
         smallest, largest = min(smallest, pivot), max(largest, pivot)
-        if not smallest > SINGULAR * SINGULAR * largest:
+        if not usually(smallest > SINGULAR * SINGULAR * largest):
             return False
         A[i, i] = 1.0 / math.sqrt(pivot)
     return True

@@ -11,6 +11,7 @@ import numpy as np
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
+from softhand.numerics.straight import straight
 from softhand.sensing.fields import pick
 from softhand.sensing.observation import Observation
 
@@ -43,6 +44,11 @@ class Bound:
         """Ready to be called by other machine code, for one observation and one place of the answer."""
         observed = pick(self._reads, observation.fields, **self._renamed)
         return addressed(self._kernel, observed, *self._settings, out)
+
+    def straight(self, observation: Observation, out: Array) -> Addressed | None:
+        """The same as straight code, where there is any."""
+        observed = pick(self._reads, observation.fields, **self._renamed)
+        return straight(self._kernel, observed, *self._settings, out, fixed=())
 
     def __call__(self, observation: Observation) -> Array:
         """The kernel's answer to the numbers of the observation, shape (size,)."""

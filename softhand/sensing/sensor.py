@@ -12,6 +12,7 @@ from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pairs import contact_pairs
 from softhand.model.gravity import gravity_forces
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
@@ -20,6 +21,7 @@ from softhand.references.reference import Desired
 from softhand.sensing.describe import (
     copy_desired,
     describe_contacts,
+    describe_friction,
     describe_jacobians,
     describe_joints,
     describe_object,
@@ -31,6 +33,7 @@ from softhand.sensing.describe import (
 from softhand.sensing.fields import FIELDS, pick, room
 from softhand.sensing.groups import (
     CONTACTS,
+    FRICTION,
     GROUPS,
     INTERNAL,
     JACOBIANS,
@@ -157,8 +160,8 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, touch.depths, False, contacts,
                           touch.jacobian)  # fmt: skip
         at[0] = math.nan
-    elif is_at(state.q, state.v, state.z, at):
-        move_contacts(touch.columns, contacts, touch.jacobian, state.v)
+    elif usually(is_at(state.q, state.v, state.z, at)):
+        move_contacts(touch.pads, touch.columns, contacts, touch.jacobian, state.v)
     else:
         return False
     if parts[JOINTS] or parts[OBJECT]:
@@ -171,6 +174,8 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         describe_tips(body, touch.columns, poses, J, contacts, tips)
     if parts[CONTACTS]:
         describe_contacts(touch, at_tips)
+    if parts[FRICTION]:
+        describe_friction(touch, at_tips)
     if parts[ROLLING]:
         describe_rolling(touch, poses, J, state.v, at_tips)
     if parts[JACOBIANS]:
@@ -178,7 +183,7 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
     if parts[PAPER]:
         describe_paper_jacobians(touch, object_pose, object_.coordinate_map, jacobians)
     if parts[SUPPORTS]:
-        describe_supports(contacts, at_tips.friction_use.shape[0], supports)
+        describe_supports(contacts, at_tips.is_slipping.shape[0], supports)
     if parts[INTERNAL]:  # f_N = K^+ f_C                                                               (58)
         internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
     copy_desired(desired, asked)

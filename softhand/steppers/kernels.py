@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.address import done
 from softhand.contact.damping import relax, relaxation_rate, slide
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
@@ -15,14 +16,19 @@ from softhand.model.configuration import coordinate_rate, integrate, normalize
 from softhand.model.rigid import rigid_terms
 from softhand.model.snapshot import Terms
 from softhand.model.tree import Tree
+from softhand.numerics.addressed import Addressed
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
+from softhand.numerics.straight import put, straight
 from softhand.plant.dynamics import accelerate
 from softhand.plant.plant import Plant, Touch
 from softhand.plant.state import State, StateArrays, is_at, set_at
-from softhand.steppers.midpoint import Kicks, kick, kick_drift, room_for_kicks, start_step
+from softhand.steppers.midpoint import Kicks, kick, kick_drift, meet_contact, room_for_kicks, start_step
 
 MIDPOINT, SEMI_IMPLICIT_EULER, RK4 = range(3)
+
+TERMS, KICK_DRIFT, KICK, CONTACTS = range(4)
+"""Rows of `Mechanics.straight`; from the last on one for each contact."""
 
 
 class Mechanics(NamedTuple):
@@ -47,6 +53,8 @@ class Mechanics(NamedTuple):
     """Room, shape (nv, nv)."""
     slopes: Array
     """Room: y, a stage and four slopes of Runge-Kutta, or the acceleration, shape (6, nq + nv + nc n_memory)."""
+    straight: NDArray[np.int64]
+    """Addresses of straight code and of its words, see `TERMS`; zeros where there is none, shape (3 + nc, 2)."""
 
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
@@ -66,7 +74,22 @@ def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
         room_for_kicks(plant),
         np.zeros((nv, nv)),
         np.zeros((6, plant.at.shape[0])),
+        np.zeros((CONTACTS + len(plant.contacts), 2), np.int64),
     )
+
+
+def straight_steps(m: Mechanics, step: float) -> tuple[Addressed, ...]:
+    """Straight code for the steps of `Midpoint`, put into its place; what is returned must live as long."""
+    own = m.joints, m.touch.pads, m.touch.columns, m.envelope, m.tree.joints
+    common = m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
+    codes = {
+        TERMS: straight(rigid_terms, m.tree, m.state.q, m.kicks.ahead, m.terms, fixed=own),
+        KICK_DRIFT: straight(kick_drift, m.joints, m.torque, m.external, *common, fixed=own),
+        KICK: straight(kick, m.torque, m.external, *common, fixed=own),
+    }
+    for i in range(m.touch.contacts.shape[0]):
+        codes[CONTACTS + i] = straight(meet_contact, i, m.touch, m.terms, m.kicks, step, m.state.z, fixed=own)
+    return tuple(put(code, m.straight[row]) for row, code in codes.items() if code is not None)
 
 
 @compiled
@@ -83,12 +106,19 @@ def advance(kind, m, step):
 @compiled
 def _midpoint(m, step):
     """As `Midpoint`."""
-    if not kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state):
+    if not done(m.straight, KICK_DRIFT) and not kick_drift(
+        m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
+    ):
         rigid_terms(m.tree, m.state.q, m.state.v, m.terms)
         start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
         kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
-    rigid_terms(m.tree, m.state.q, m.kicks.ahead, m.terms)
-    kick(m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
+    if not done(m.straight, TERMS):
+        rigid_terms(m.tree, m.state.q, m.kicks.ahead, m.terms)
+    for i in range(m.touch.contacts.shape[0]):
+        if not done(m.straight, CONTACTS + i):
+            meet_contact(i, m.touch, m.terms, m.kicks, step, m.state.z)
+    if not done(m.straight, KICK):
+        kick(m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
 
 
 @compiled
@@ -123,7 +153,7 @@ def _semi_implicit_euler(m, step):
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
     integrate(m.joints, q, v, step, q)
-    integrate_memory(touch.columns, touch.contacts, touch.jacobian, v, step, z)
+    integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, v, step, z)
     relax(touch.pads, touch.contacts, step, z)
     _settle(m, step)
 
