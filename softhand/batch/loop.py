@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from softhand.contact.address import call, done
 from softhand.model.rigid import rigid_poses
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
+from softhand.numerics.inlined import inlined
 from softhand.sensing.sensor import Body, Wanted, observe
 from softhand.simulation.asking import limit
 from softhand.simulation.faults import HEALTHY, find_fault
@@ -118,7 +120,7 @@ def run_periods(mechanics, senses, plan):
         progress[NEXT] = k + 1
 
 
-@compiled
+@inlined
 def _sample(mechanics, senses, plan, is_recorded, k, time):
     """Observe, look for faults, ask the law."""
     m, progress = mechanics, plan.progress
@@ -138,13 +140,14 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
 @compiled
 def look(tree, touch, terms, state, at, senses, parts, Theta):
     """Observe, where the stepper has left the contacts evaluated at this state or not; then `find_fault`."""
-    if not observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, True):
+    evaluated = usually(at[0] == at[0])  # no NaN
+    if not evaluated:
         rigid_poses(tree, state.q, terms)
-        observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, False)
+    observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, evaluated)
     return find_fault(state.v, touch.pads, touch.contacts, Theta)
 
 
-@compiled
+@inlined
 def _push(m, plan, time):
     """The pushes of the step that begins at a time; poses and J are those of its begin."""
     for k in range(m.external.shape[0]):
@@ -152,7 +155,7 @@ def _push(m, plan, time):
     add_pushes(plan.pushes, time, m.terms.poses, m.terms.J, m.external)
 
 
-@compiled
+@inlined
 def _record(m, plan, time):
     """One more row."""
     row, end = plan.rows[plan.progress[SAMPLES]], 1

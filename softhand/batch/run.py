@@ -30,7 +30,7 @@ from softhand.batch.loop import (
 from softhand.errors import ControllerError, SimulationStopped
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
-from softhand.numerics.straight import put, straight
+from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
@@ -38,10 +38,11 @@ from softhand.sensing.sensor import Sensor, Wanted
 from softhand.simulation.faults import HEALTHY, stopped
 from softhand.simulation.pushes import Push, push_table
 from softhand.simulation.simulation import TOTALS, whole_periods
-from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of, straight_steps
+from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+from softhand.steppers.straight_steps import straight_steps
 
 _KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
 
@@ -133,18 +134,19 @@ class CompiledRun:
         self._law, self._straight = law, self._straight_code(command)
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
 
-    def _straight_code(self, command: Array) -> tuple[Addressed, ...]:
+    def _straight_code(self, command: Array) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
         m, senses, plan = self._mechanics, self._senses, self._plan
-        touch, body = m.touch, senses.body
-        arguments = m.tree, touch, m.terms, m.state, m.at, senses
-        codes = {}
+        body = senses.body
+        own = m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies
+        found = straight_steps(m, plan.step) if plan.kind == MIDPOINT else []
         for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
-            own = touch.pads, touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies, m.tree.joints, parts
-            codes[row] = straight(look, *arguments, parts, plan.Theta, fixed=own)
-        codes[LAW] = self.law.straight(self._observation, command) if self.law is not None else None
-        steps = straight_steps(m, plan.step) if plan.kind == MIDPOINT else ()
-        return (*steps, *(put(code, plan.straight[row]) for row, code in codes.items() if code is not None))
+            fixed = Fixed((*own, parts), (*own, parts))
+            found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed)
+            put(found[-1], plan.straight[row])
+        if self.law is not None and plan.code:
+            found.append(put(self.law.straight(self._observation, command), plan.straight[LAW]))
+        return found
 
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""

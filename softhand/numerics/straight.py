@@ -4,198 +4,180 @@ The generic kernels work through tables of joints, columns and envelopes: most o
 to do next. Here a kernel is run once on symbols (`tracing`), and what it computes is compiled as one list of sums, in
 which all that is fixed is a literal: a third of the time. The kernel stays the only text of the formulas, and does the
 work itself wherever the numbers of a run lead off the straight way.
+
+Such code is long, and soon slower than loops if the first cache of a processor cannot hold it. Therefore what is done
+alike for each finger or contact is one code, and only where its numbers lie differs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
-import llvmlite.binding as llvm
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.numerics.addressed import Addressed
 from softhand.numerics.arrays import AnyArray
+from softhand.numerics.assembling import address_of
 from softhand.numerics.blocks import LARGEST_COUNT, is_structure
-from softhand.numerics.symbols import REAL, TRUTH, NotStraightError, Symbol
+from softhand.numerics.symbols import NotStraightError, Place
 from softhand.numerics.tracing import Traced, memory_of, place_of
 
-_MOST = 40_000  # steps; longer code does not stay in the caches of a processor
+_MOST = 20_000  # steps
 _LOCK = Lock()
-_codes: dict[Any, Any] = {}
 
 
-def straight(function: Any, *arguments: Any, fixed: tuple[AnyArray, ...]) -> Addressed | None:
-    """A kernel as straight code, called as `code(words, words)`.
+class Fixed(NamedTuple):
+    """What of the arguments belongs to their structure.
+
+    Attributes:
+        arrays: whole numbers of these, and their reals that are 0, 1 or -1.
+        patterns: of each a copy, in which a real that need not be so for all that shall share code is NaN.
+        scratch: arrays of which nothing is read later.
+    """
+
+    arrays: tuple[AnyArray, ...] = ()
+    patterns: tuple[AnyArray, ...] = ()
+    scratch: tuple[AnyArray, ...] = ()
+
+
+class _Code(NamedTuple):
+    """Code for one instance: its address, and the memory and the bytes behind its begin that each pointer points to."""
+
+    address: int
+    memories: NDArray[np.int64]
+    shifts: NDArray[np.int64]
+
+
+_codes: dict[Any, list[_Code | None]] = {}
+
+
+def straight(function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed = Fixed()) -> list[Addressed | None]:
+    """A kernel as straight code, called as `code(words, words)`, for each of some arguments.
 
     The code returns 1, or 0 where a `branches.seldom` holds or a `branches.usually` does not; it has then changed
     nothing but what the kernel sets before it reads it.
 
     Args:
         function: made by `compiled`; what it returns is dropped.
-        arguments: arrays, numbers, NamedTuples of them. Whole numbers belong to the structure.
-        fixed: of the arrays those whose whole numbers, and reals that are 0, 1 or -1, belong to the structure.
+        instances: arguments: arrays, numbers, NamedTuples of them. Whole numbers belong to the structure.
+        fixed: what of the arrays does.
 
     Returns:
-        None if its branches depend on numbers that only a run knows, or if it is too long.
+        None where its branches depend on numbers that only a run knows, and where the code would be too long.
     """
-    memories: list[AnyArray] = []
-    numbers: list[float] = []
-    key = function, tuple(_layout(argument, memories, numbers, {id(array) for array in fixed}) for argument in arguments)
+    patterns = {id(array): pattern for array, pattern in zip(fixed.arrays, fixed.patterns, strict=True)}
+    own = [_Layout(arguments, patterns) for arguments in instances]
+    key = function, tuple(layout.key for layout in own)
     with _LOCK:
         if key not in _codes:
-            _codes[key] = _compile(function, arguments, fixed)
-        code = _codes[key]
-    if code is None:
-        return None
-    words = np.array([*map(place_of, memories), *np.array(numbers).view(np.int64)], dtype=np.int64)
-    return Addressed(code.get_function_address("straight"), words, (code, *arguments))
+            _codes[key] = _compile(function, instances, patterns, fixed.scratch)
+        codes = _codes[key]
+    found: list[Addressed | None] = []
+    for code, layout, arguments in zip(codes, own, instances, strict=True):
+        if code is None:
+            found.append(None)
+            continue
+        places = np.array([place_of(memory) for memory in layout.memories], dtype=np.int64)
+        words = np.concatenate([places[code.memories] + code.shifts, np.array(layout.numbers).view(np.int64)])
+        found.append(Addressed(code.address, words, (arguments,)))
+    return found
 
 
-def put(code: Addressed, row: NDArray[np.int64]) -> Addressed:
+def pattern_of(table: AnyArray, groups: Sequence[Sequence[int]] = ()) -> AnyArray:
+    """`Fixed.patterns` of an array, of which the rows in a group, of one length, shall share code."""
+    pattern = np.array(table)
+    words, is_whole = _words(pattern), _whole_words(table.dtype)
+    for rows in map(list, groups):
+        same = (words[rows] == words[rows[:1]]).all(axis=0)
+        words[rows] = np.where(same | is_whole, words[rows], _NOT_FIXED)
+    return pattern
+
+
+def _whole_words(dtype: np.dtype[Any]) -> AnyArray:
+    """Which of the numbers of a row are whole."""
+    if dtype.names is None:
+        return np.array([dtype.kind in "iu"])
+    parts = [dtype[name].subdtype or (dtype[name], ()) for name in dtype.names]
+    return np.repeat([kind.kind in "iu" for kind, _ in parts], [int(np.prod(shape)) for _, shape in parts])
+
+
+_NOT_FIXED = np.float64(np.nan).view(np.int64)
+
+
+def put(code: Addressed | None, row: NDArray[np.int64]) -> Addressed | None:
     """Its addresses into a row of a table that kernels read, see `contact.address.done`."""
-    row[:] = code.code, code.place
+    if code is not None:
+        row[:] = code.code, code.place
     return code
 
 
-def _layout(argument: Any, memories: list[AnyArray], numbers: list[float], fixed: set[int]) -> Any:
-    """The structure of an argument; the memories that arrays lie in, and numbers, are appended."""
-    if isinstance(argument, tuple):
-        return tuple(_layout(item, memories, numbers, fixed) for item in argument)
-    if isinstance(argument, float):
-        numbers.append(argument)
-        return "number"
-    if not isinstance(argument, np.ndarray):
-        return argument
-    whole = memory_of(argument)
-    number = next((k for k, known in enumerate(memories) if known is whole), len(memories))
-    if number == len(memories):
-        memories.append(whole)
-    own = _pattern(argument) if id(argument) in fixed else b""
-    return number, place_of(argument) - place_of(whole), argument.dtype, argument.shape, argument.strides, own
+class _Layout:
+    """The structure of arguments, and what is not part of it."""
+
+    def __init__(self, arguments: tuple[Any, ...], patterns: dict[int, AnyArray]) -> None:
+        self.memories: list[AnyArray] = []
+        self.numbers: list[float] = []
+        self._patterns = patterns
+        self.key = tuple(self._of(argument) for argument in arguments)
+
+    def _of(self, argument: Any) -> Any:
+        if isinstance(argument, tuple):
+            return tuple(self._of(item) for item in argument)
+        if isinstance(argument, float):
+            self.numbers.append(argument)
+            return "number"
+        if not isinstance(argument, np.ndarray):
+            return argument
+        whole = memory_of(argument)
+        number = next((k for k, known in enumerate(self.memories) if known is whole), len(self.memories))
+        if number == len(self.memories):
+            self.memories.append(whole)
+        pattern = self._patterns.get(id(argument))
+        fixed = b"" if pattern is None else _pattern_key(pattern)
+        return number, place_of(argument) - place_of(whole), argument.dtype, argument.shape, argument.strides, fixed
 
 
-def _pattern(array: AnyArray) -> bytes:
+def _words(array: AnyArray) -> NDArray[np.int64]:
+    """Its numbers of eight bytes each, a row each of its rows."""
+    return np.ascontiguousarray(array).reshape(len(array), -1).view(np.int64)
+
+
+def _pattern_key(pattern: AnyArray) -> bytes:
     """Its whole numbers, zeros and ones; all other reals, and all addresses, look the same."""
-    words = np.ascontiguousarray(array).reshape(-1).view(np.int64)
-    counts = np.abs(words) <= LARGEST_COUNT
-    return np.where(counts | is_structure(words), words, LARGEST_COUNT + 1).tobytes()
+    if pattern.dtype.itemsize % 8 or not pattern.size:
+        return pattern.tobytes()
+    words = _words(pattern)
+    return np.where((np.abs(words) <= LARGEST_COUNT) | is_structure(words), words, _NOT_FIXED).tobytes()
 
 
-def _compile(function: Any, arguments: tuple[Any, ...], fixed: tuple[AnyArray, ...]) -> Any:
-    try:
-        traced = Traced(function, arguments, fixed)
-    except NotStraightError:
-        return None
-    if len(traced.sums.steps) > _MOST:
-        return None
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    module = llvm.parse_assembly(written(traced))
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    machine = target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
-    )
-    module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
-    engine = llvm.create_mcjit_compiler(module, machine)
-    engine.finalize_object()
-    return engine
-
-
-def written(traced: Traced) -> str:
-    """The sums as text of LLVM."""
-    sums, n = traced.sums, len(traced.memories)
-    lines = ["define i64 @straight(i64* %words, i64* %unused) {"]
-    for k in range(n):
-        lines += [f"%w{k} = getelementptr i64, i64* %words, i64 {k}", f"%i{k} = load i64, i64* %w{k}",
-                  f"%m{k} = inttoptr i64 %i{k} to i8*"]  # fmt: skip
-    needed, branches = _needed(traced), 0
-    for index, (word, *rest) in enumerate(sums.steps):
-        if index not in needed:
+def _compile(
+    function: Any, instances: Sequence[tuple[Any, ...]], patterns: dict[int, AnyArray], scratch: tuple[AnyArray, ...]
+) -> list[_Code | None]:
+    found: list[_Code | None] = [None] * len(instances)
+    alike: dict[Any, list[int]] = {}
+    traces: list[Traced | None] = []
+    for number, arguments in enumerate(instances):
+        try:
+            traced = Traced(function, arguments, patterns, scratch)
+        except NotStraightError:
+            traces.append(None)
             continue
-        if word == "number":
-            lines += [f"%a{index} = getelementptr i64, i64* %words, i64 {n + rest[0]}",
-                      f"%p{index} = bitcast i64* %a{index} to double*", f"%s{index} = load double, double* %p{index}"]  # fmt: skip
-        elif word == "load":
-            lines += [*_pointer(index, *rest[:2]), f"%s{index} = load {rest[0]}, {rest[0]}* %p{index}"]
-        elif word == "store":
-            lines += [*_pointer(index, *rest[:2]), f"store {rest[0]} {_operand(rest[2])}, {rest[0]}* %p{index}"]
-        elif word == "call":
-            lines += [*_pointer(f"{index}r", REAL, rest[1]), *_pointer(f"{index}w", REAL, rest[2]),
-                      f"%f{index} = inttoptr i64 {_operand(rest[0])} to void (double*, double*)*",
-                      f"call void %f{index}(double* %p{index}r, double* %p{index}w)"]  # fmt: skip
-        elif word == "require":
-            lines += [f"br i1 {_operand(rest[0])}, label %b{branches}, label %off", f"b{branches}:"]
-            branches += 1
-        else:
-            lines.append(f"%s{index} = {_sum(word, rest, sums)}")
-    for k, (place, kind) in enumerate(sums.written.items()):
-        if place[0] >= 0:
-            value = sums.memory[place]
-            value = _operand(float(value) if kind == REAL and not isinstance(value, Symbol) else value)
-            lines += [*_pointer(f"o{k}", kind, place), f"store {kind} {value}, {kind}* %po{k}"]
-    lines.append("ret i64 1")
-    if branches:
-        lines += ["off:", "ret i64 0"]
-    return "\n".join([*lines, "}", *_DECLARED])
-
-
-def _sum(word: str, rest: list[Any], sums: Any) -> str:
-    """One step that gives a number."""
-    if word in ("zext", "uitofp", "sitofp", "fptosi"):
-        return f"{word} {rest[0]} {_operand(rest[1])} to {rest[2]}"
-    if word == "icmp":
-        return f"icmp {rest[0]} {sums.kinds[rest[1].index]} {_operand(rest[1])}, {_operand(rest[2])}"
-    if word == "fcmp":
-        return f"fcmp {rest[0]} double {_operand(rest[1])}, {_operand(rest[2])}"
-    operands = list(map(_operand, rest))
-    if word in ("fadd", "fsub", "fmul", "fdiv", "fneg"):
-        return f"{word} contract double {', '.join(operands)}"
-    if word == "add":
-        return f"add i64 {', '.join(operands)}"
-    if word in ("and", "or", "xor"):
-        return f"{word} {TRUTH} {', '.join(operands)}"
-    if word == "select":
-        return f"select i1 {operands[0]}, double {operands[1]}, double {operands[2]}"
-    name = f"llvm.{word}.f64" if word in _INTRINSICS else word
-    return f"call double @{name}({', '.join(f'double {operand}' for operand in operands)})"
-
-
-_INTRINSICS = {"sqrt": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "fabs": 1, "copysign": 2}
-_DECLARED = [
-    *(f"declare double @llvm.{name}.f64({', '.join(['double'] * n)})" for name, n in _INTRINSICS.items()),
-    "declare double @atan2(double, double)",
-    *(f"declare double @{name}(double)" for name in ("expm1", "acos", "atanh", "tan")),
-]
-
-
-def _operand(value: Any) -> str:
-    if isinstance(value, Symbol):
-        return f"%s{value.index}"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return f"0x{np.float64(value).view(np.uint64):016X}" if isinstance(value, float) else str(int(value))
-
-
-def _pointer(name: Any, kind: str, place: Any) -> list[str]:
-    """To a place, or to what is at an address."""
-    if isinstance(place, Symbol):
-        return [f"%p{name} = inttoptr i64 {_operand(place)} to {kind}*"]
-    return [f"%a{name} = getelementptr i8, i8* %m{place[0]}, i64 {place[1]}",
-            f"%p{name} = bitcast i8* %a{name} to {kind}*"]  # fmt: skip
-
-
-def _needed(traced: Traced) -> set[int]:
-    """The steps on which something depends."""
-    sums = traced.sums
-    waiting = [k for k, step in enumerate(sums.steps) if step[0] in ("store", "call", "require")]
-    waiting += [sums.memory[place].index for place in sums.written
-                if place[0] >= 0 and isinstance(sums.memory[place], Symbol)]  # fmt: skip
-    found: set[int] = set()
-    while waiting:
-        index = waiting.pop()
-        if index not in found:
-            found.add(index)
-            waiting += [item.index for item in sums.steps[index] if isinstance(item, Symbol)]
+        traces.append(traced)
+        if len(traced.sums.steps) <= _MOST:
+            alike.setdefault(traced.form, []).append(number)
+    for numbers in alike.values():
+        shared = [trace for k in numbers if (trace := traces[k]) is not None]
+        pointers: dict[Any, int] = {}  # where a place of the first lies in the others: the same for all of one pointer
+        reached: dict[Place, tuple[int, int]] = {}
+        for places in zip(*(trace.places for trace in shared), strict=True):
+            first = places[0]
+            key = tuple((memory, begin - first[1]) for memory, begin in places)
+            reached[first] = pointers.setdefault(key, len(pointers)), first[1]
+        address = address_of(shared[0].sums, reached, len(pointers))
+        for k, number in enumerate(numbers):
+            memories, shifts = np.array([key[k] for key in pointers], dtype=np.int64).reshape(-1, 2).T.copy()
+            found[number] = _Code(address, memories, shifts)
     return found

@@ -28,6 +28,7 @@ class Sums:
         kinds: of what each step gives, "" if it gives nothing.
         memory: what places of arrays hold now, as far as the kernel has read or written them.
         written: kind of each place that was written.
+        scratch: numbers of memories of which nothing is read later.
     """
 
     def __init__(self) -> None:
@@ -35,6 +36,7 @@ class Sums:
         self.kinds: list[str] = []
         self.memory: dict[Place, Any] = {}
         self.written: dict[Place, str] = {}
+        self.scratch: set[int] = set()
         self._known: dict[tuple[Any, ...], Symbol] = {}
 
     def step(self, kind: str, *step: Any) -> Symbol:
@@ -55,6 +57,10 @@ class Sums:
     def write(self, kind: str, place: Place, value: Any) -> None:
         """Another number at a place."""
         self.memory[place], self.written[place] = self.converted(kind, value), kind
+
+    def results(self) -> list[tuple[Place, str]]:
+        """Places that hold other numbers at the end, and their kinds."""
+        return [(place, kind) for place, kind in self.written.items() if place[0] >= 0 and place[0] not in self.scratch]
 
     def converted(self, kind: str, value: Any) -> Any:
         """A number as one of another kind."""

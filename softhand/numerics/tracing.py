@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import builtins
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from softhand.numerics import branches
 from softhand.numerics.arrays import AnyArray
 from softhand.numerics.blocks import Block, Count, room
-from softhand.numerics.symbols import REAL, TRUTH, WHOLE, NotStraightError, Sums, Symbol
+from softhand.numerics.symbols import REAL, TRUTH, WHOLE, NotStraightError, Place, Sums, Symbol
 
 MEANINGS: dict[Any, Callable[..., Any]] = {}
 """What functions without Python text, numba's intrinsics, do on symbols."""
@@ -26,17 +26,24 @@ class Traced:
         sums: what it computes.
         memories: the arrays that its own are views of, by number.
         numbers: float arguments, which lie behind the addresses of the memories.
+        places: all that it reads and writes, in the order of what it does with them.
+        form: what it computes, apart from where these are: that of another may be the same.
     """
 
-    def __init__(self, function: Any, arguments: tuple[Any, ...], fixed: tuple[AnyArray, ...]) -> None:
+    def __init__(
+        self, function: Any, arguments: tuple[Any, ...], patterns: Mapping[int, AnyArray], scratch: Sequence[AnyArray]
+    ) -> None:
         self.sums = Sums()
         self.memories: list[AnyArray] = []
         self.numbers: list[float] = []
-        self._fixed = {id(array) for array in fixed}
+        self._patterns = patterns
         self._texts: dict[Any, Any] = {}
         self._rooms = 0
         symbols = [self._symbol(argument) for argument in arguments]
         self._on_symbols(function)(*symbols)
+        unread = {id(memory_of(array)) for array in scratch}
+        self.sums.scratch = {number for number, memory in enumerate(self.memories) if id(memory) in unread}
+        self.places, self.form = _form(self.sums)
 
     def _symbol(self, argument: Any) -> Any:
         if isinstance(argument, tuple):
@@ -51,7 +58,7 @@ class Traced:
         number = next((k for k, known in enumerate(self.memories) if known is whole), len(self.memories))
         self.memories[number:] = [whole] if number == len(self.memories) else self.memories[number:]
         begin = place_of(argument) - place_of(whole)
-        fixed = argument if id(argument) in self._fixed else None
+        fixed = self._patterns.get(id(argument))
         return Block(self.sums, number, begin, argument.dtype, argument.shape, argument.strides, fixed)
 
     def _on_symbols(self, function: Any) -> Any:
@@ -78,6 +85,22 @@ class Traced:
         """An array that a kernel makes."""
         self._rooms += 1
         return room(self.sums, self._rooms, shape)
+
+
+def _form(sums: Sums) -> tuple[list[Place], Any]:
+    """`Traced.places` and `Traced.form`."""
+    known: dict[Place, int] = {}
+
+    def told(item: Any) -> Any:
+        if isinstance(item, Symbol):
+            return "s", item.index
+        if isinstance(item, tuple):
+            return "p", known.setdefault(item, len(known))
+        return type(item), item
+
+    steps = tuple(tuple(map(told, step)) for step in sums.steps)
+    results = tuple((told(place), kind, told(sums.memory[place])) for place, kind in sums.results())
+    return list(known), (steps, results)
 
 
 def memory_of(array: AnyArray) -> AnyArray:

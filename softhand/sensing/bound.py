@@ -48,7 +48,7 @@ class Bound:
     def straight(self, observation: Observation, out: Array) -> Addressed | None:
         """The same as straight code, where there is any."""
         observed = pick(self._reads, observation.fields, **self._renamed)
-        return straight(self._kernel, observed, *self._settings, out, fixed=())
+        return straight(self._kernel, [(observed, *self._settings, out)])[0]
 
     def __call__(self, observation: Observation) -> Array:
         """The kernel's answer to the numbers of the observation, shape (size,)."""

@@ -12,7 +12,6 @@ from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pairs import contact_pairs
 from softhand.model.gravity import gravity_forces
 from softhand.numerics.arrays import AnyArray, Array
-from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
@@ -125,7 +124,7 @@ class Sensor:
         plant, desired = self._plant, self._desired
         self._state = state
         self._observe = prepared(
-            observe,
+            _observe_from_there,
             self.body,
             plant.touching,
             plant.snapshot.terms,
@@ -139,8 +138,17 @@ class Sensor:
 
 
 @compiled
+def _observe_from_there(body, touch, terms, desired, state, at, groups, parts, evaluated):
+    """`observe`; False if the plant is said to be evaluated at this state and is not."""
+    if evaluated and not is_at(state.q, state.v, state.z, at):
+        return False
+    observe(body, touch, terms, desired, state, at, groups, parts, evaluated)
+    return True
+
+
+@compiled
 def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
-    """All parts that are asked for, but the time; False if the plant is said to be evaluated at this state and is not.
+    """All parts that are asked for, but the time.
 
     Args:
         body: what does not change.
@@ -160,10 +168,8 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, touch.depths, False, contacts,
                           touch.jacobian)  # fmt: skip
         at[0] = math.nan
-    elif usually(is_at(state.q, state.v, state.z, at)):
-        move_contacts(touch.pads, touch.columns, contacts, touch.jacobian, state.v)
     else:
-        return False
+        move_contacts(touch.pads, touch.columns, contacts, touch.jacobian, state.v)
     if parts[JOINTS] or parts[OBJECT]:
         gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
     if parts[JOINTS]:
@@ -187,4 +193,3 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
     if parts[INTERNAL]:  # f_N = K^+ f_C                                                               (58)
         internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
     copy_desired(desired, asked)
-    return True

@@ -13,22 +13,21 @@ from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.model.configuration import coordinate_rate, integrate, normalize
-from softhand.model.rigid import rigid_terms
+from softhand.model.rigid import branch_terms, rigid_terms
 from softhand.model.snapshot import Terms
-from softhand.model.tree import Tree
-from softhand.numerics.addressed import Addressed
+from softhand.model.tree import Tree, branches_of
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
-from softhand.numerics.straight import put, straight
+from softhand.numerics.inlined import inlined
 from softhand.plant.dynamics import accelerate
 from softhand.plant.plant import Plant, Touch
 from softhand.plant.state import State, StateArrays, is_at, set_at
-from softhand.steppers.midpoint import Kicks, kick, kick_drift, meet_contact, room_for_kicks, start_step
+from softhand.steppers.midpoint import STARTED, Kicks, begin_kick, kick, kick_drift, meet_contact, room_for_kicks, start_step
 
 MIDPOINT, SEMI_IMPLICIT_EULER, RK4 = range(3)
 
-TERMS, KICK_DRIFT, KICK, CONTACTS = range(4)
-"""Rows of `Mechanics.straight`; from the last on one for each contact."""
+KICK_DRIFT, BEGIN, KICK, CONTACTS = range(4)
+"""Rows of `Mechanics.straight`; from the last on one for each contact, then one for each branch of the tree."""
 
 
 class Mechanics(NamedTuple):
@@ -40,7 +39,7 @@ class Mechanics(NamedTuple):
     terms: Terms
     envelope: NDArray[np.int64]
     at: Array
-    """`Plant.at`."""
+    """`Plant.at`; between two steps it is enough that its first number is no NaN."""
     state: StateArrays
     torque: Array
     """Of the joints [N m, N], shape (n,)."""
@@ -54,12 +53,14 @@ class Mechanics(NamedTuple):
     slopes: Array
     """Room: y, a stage and four slopes of Runge-Kutta, or the acceleration, shape (6, nq + nv + nc n_memory)."""
     straight: NDArray[np.int64]
-    """Addresses of straight code and of its words, see `TERMS`; zeros where there is none, shape (3 + nc, 2)."""
+    """Addresses of straight code and of its words, see `KICK_DRIFT`; zeros where there is none, shape (rows, 2)."""
+    branches: NDArray[np.int64]
+    """First and last joint of each branch of the tree, shape (branches, 2)."""
 
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
-    nv = plant.world.model.nv
+    nv, branches = plant.world.model.nv, branches_of(plant.snapshot.tree)
     return Mechanics(
         plant.snapshot.tree,
         plant.joints,
@@ -74,25 +75,12 @@ def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
         room_for_kicks(plant),
         np.zeros((nv, nv)),
         np.zeros((6, plant.at.shape[0])),
-        np.zeros((CONTACTS + len(plant.contacts), 2), np.int64),
+        np.zeros((CONTACTS + len(plant.contacts) + len(branches), 2), np.int64),
+        branches,
     )
 
 
-def straight_steps(m: Mechanics, step: float) -> tuple[Addressed, ...]:
-    """Straight code for the steps of `Midpoint`, put into its place; what is returned must live as long."""
-    own = m.joints, m.touch.pads, m.touch.columns, m.envelope, m.tree.joints
-    common = m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
-    codes = {
-        TERMS: straight(rigid_terms, m.tree, m.state.q, m.kicks.ahead, m.terms, fixed=own),
-        KICK_DRIFT: straight(kick_drift, m.joints, m.torque, m.external, *common, fixed=own),
-        KICK: straight(kick, m.torque, m.external, *common, fixed=own),
-    }
-    for i in range(m.touch.contacts.shape[0]):
-        codes[CONTACTS + i] = straight(meet_contact, i, m.touch, m.terms, m.kicks, step, m.state.z, fixed=own)
-    return tuple(put(code, m.straight[row]) for row, code in codes.items() if code is not None)
-
-
-@compiled
+@inlined
 def advance(kind, m, step):
     """One step of the stepper of that kind; the state moves on in place."""
     if kind == MIDPOINT:
@@ -103,22 +91,26 @@ def advance(kind, m, step):
         _rk4(m, step)
 
 
-@compiled
+@inlined
 def _midpoint(m, step):
     """As `Midpoint`."""
-    if not done(m.straight, KICK_DRIFT) and not kick_drift(
-        m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
-    ):
-        rigid_terms(m.tree, m.state.q, m.state.v, m.terms)
-        start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
-        kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
-    if not done(m.straight, TERMS):
-        rigid_terms(m.tree, m.state.q, m.kicks.ahead, m.terms)
+    codes, state = m.straight, m.state
+    if not (m.kicks.flags[STARTED] and m.at[0] == m.at[0]):  # NaN if the contacts are not those of the state
+        rigid_terms(m.tree, state.q, state.v, m.terms)
+        start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, state)
+    if not done(codes, KICK_DRIFT):
+        kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step, state)
+    for k in range(m.branches.shape[0]):
+        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):
+            branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, m.kicks.ahead, m.terms)
+    if not done(codes, BEGIN):
+        begin_kick(m.torque, m.external, m.terms, m.envelope, m.kicks, step, state.v)
     for i in range(m.touch.contacts.shape[0]):
-        if not done(m.straight, CONTACTS + i):
-            meet_contact(i, m.touch, m.terms, m.kicks, step, m.state.z)
-    if not done(m.straight, KICK):
-        kick(m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
+        if not done(codes, CONTACTS + i):
+            meet_contact(i, m.touch, m.terms, m.kicks, step, state.z)
+    if not done(codes, KICK):
+        kick(m.envelope, m.kicks, step, state.v)
+    m.at[0] = state.q[0]
 
 
 @compiled

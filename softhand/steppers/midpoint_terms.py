@@ -17,7 +17,7 @@ def factor_matrix(touch, M, envelope, step, matrix):
     copy_mass(M, envelope, matrix)
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
-            _add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
+            add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
     if factor(matrix, envelope) >= 0:
         matrix[:] = np.nan
 
@@ -90,7 +90,7 @@ def pull_of(contact, weight, rate, depth, pull):
 
 
 @compiled
-def _add_stiffness(columns, contact, jacobian, step, matrix):
+def add_stiffness(columns, contact, jacobian, step, matrix):
     """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J of one contact, K symmetrised."""
     weight, per_step = 0.25 * step * step, 2.0 / step
     K, D = contact.stiffness, contact.damping
