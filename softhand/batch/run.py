@@ -30,6 +30,7 @@ from softhand.batch.loop import (
 from softhand.errors import ControllerError, SimulationStopped
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
@@ -131,21 +132,22 @@ class CompiledRun:
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
         )
+        self._layouts = Layouts()
         self._law, self._straight = law, self._straight_code(command)
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
 
     def _straight_code(self, command: Array) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
         m, senses, plan = self._mechanics, self._senses, self._plan
-        body = senses.body
+        body, layouts = senses.body, self._layouts
         own = m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies
-        found = straight_steps(m, plan.step) if plan.kind == MIDPOINT else []
+        found = straight_steps(m, plan.step, layouts) if plan.kind == MIDPOINT else []
         for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
             fixed = Fixed((*own, parts), (*own, parts))
-            found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed)
+            found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts)
             put(found[-1], plan.straight[row])
         if self.law is not None and plan.code:
-            found.append(put(self.law.straight(self._observation, command), plan.straight[LAW]))
+            found.append(put(self.law.straight(self._observation, command, layouts), plan.straight[LAW]))
         return found
 
     def hold(self, torque: Array) -> None:

@@ -16,26 +16,40 @@ _ENTRY = "straight"
 _engines: list[Any] = []  # they own the code
 
 
-def address_of(sums: Sums, reached: Mapping[Place, tuple[int, int]], pointers: int) -> int:
-    """Where the machine code is: i64 f(words, words), the words being pointers, then numbers.
+def object_code(sums: Sums, reached: Mapping[Place, tuple[int, int]], pointers: int) -> bytes:
+    """Machine code i64 f(words, words) as an object file; the words are pointers, then numbers.
 
     Args:
         sums: what it computes.
         reached: by which pointer each place is reached, and how many bytes behind.
         pointers: how many there are.
     """
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    module = llvm.parse_assembly(_Text(sums, reached, pointers).written())
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    machine = target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
-    )
+    module, machine = llvm.parse_assembly(_Text(sums, reached, pointers).written()), _machine()
     module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
-    engine = llvm.create_mcjit_compiler(module, machine)
+    return bytes(machine.emit_object(module))
+
+
+def load(content: bytes) -> int:
+    """Address of such code in memory."""
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(content))
     engine.finalize_object()
     _engines.append(engine)
     return int(engine.get_function_address(_ENTRY))
+
+
+def processor() -> str:
+    """What machine code is made for."""
+    return f"{llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()} {llvm.llvm_version_info}"
+
+
+def _machine() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
+    )
 
 
 class _Text:

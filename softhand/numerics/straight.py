@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from softhand.numerics.addressed import Addressed
 from softhand.numerics.arrays import AnyArray
-from softhand.numerics.assembling import address_of
+from softhand.numerics.assembling import load, object_code
 from softhand.numerics.blocks import LARGEST_COUNT, is_structure
+from softhand.numerics.kept_codes import KeptCodes
+from softhand.numerics.layouts import Layouts, numbers_in
 from softhand.numerics.symbols import NotStraightError, Place
-from softhand.numerics.tracing import Traced, memory_of, place_of
+from softhand.numerics.tracing import Traced
 
 _MOST = 20_000  # steps
 _LOCK = Lock()
@@ -42,19 +44,33 @@ class Fixed(NamedTuple):
     patterns: tuple[AnyArray, ...] = ()
     scratch: tuple[AnyArray, ...] = ()
 
+    def key(self, layouts: Layouts) -> Any:
+        """All of it that makes a difference to code."""
+        patterns = tuple(map(_pattern_key, self.patterns))
+        return layouts.of(self.arrays), patterns, layouts.of(self.scratch)
+
 
 class _Code(NamedTuple):
-    """Code for one instance: its address, and the memory and the bytes behind its begin that each pointer points to."""
+    """Code for one instance: its number among those of the kernel, and of each pointer the memory and bytes behind."""
 
-    address: int
-    memories: NDArray[np.int64]
-    shifts: NDArray[np.int64]
-
-
-_codes: dict[Any, list[_Code | None]] = {}
+    number: int
+    memories: tuple[int, ...]
+    shifts: tuple[int, ...]
 
 
-def straight(function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed = Fixed()) -> list[Addressed | None]:
+class _Codes(NamedTuple):
+    """All codes of a kernel for some instances."""
+
+    addresses: tuple[int, ...]
+    instances: tuple[_Code | None, ...]
+
+
+_codes: dict[Any, _Codes] = {}
+
+
+def straight(
+    function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed, layouts: Layouts
+) -> list[Addressed | None]:
     """A kernel as straight code, called as `code(words, words)`, for each of some arguments.
 
     The code returns 1, or 0 where a `branches.seldom` holds or a `branches.usually` does not; it has then changed
@@ -64,25 +80,24 @@ def straight(function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed =
         function: made by `compiled`; what it returns is dropped.
         instances: arguments: arrays, numbers, NamedTuples of them. Whole numbers belong to the structure.
         fixed: what of the arrays does.
+        layouts: of the arrays of this run.
 
     Returns:
         None where its branches depend on numbers that only a run knows, and where the code would be too long.
     """
-    patterns = {id(array): pattern for array, pattern in zip(fixed.arrays, fixed.patterns, strict=True)}
-    own = [_Layout(arguments, patterns) for arguments in instances]
-    key = function, tuple(layout.key for layout in own)
+    key = function, layouts.of(tuple(instances)), fixed.key(layouts)
     with _LOCK:
         if key not in _codes:
-            _codes[key] = _compile(function, instances, patterns, fixed.scratch)
+            _codes[key] = _found(function, instances, fixed, layouts, key)
         codes = _codes[key]
     found: list[Addressed | None] = []
-    for code, layout, arguments in zip(codes, own, instances, strict=True):
+    for code, arguments in zip(codes.instances, instances, strict=True):
         if code is None:
             found.append(None)
             continue
-        places = np.array([place_of(memory) for memory in layout.memories], dtype=np.int64)
-        words = np.concatenate([places[code.memories] + code.shifts, np.array(layout.numbers).view(np.int64)])
-        found.append(Addressed(code.address, words, (arguments,)))
+        places = [layouts.places[memory] + shift for memory, shift in zip(code.memories, code.shifts, strict=True)]
+        numbers = np.array(numbers_in(arguments)).view(np.int64).tolist()
+        found.append(Addressed(codes.addresses[code.number], np.array(places + numbers, dtype=np.int64), arguments))
     return found
 
 
@@ -114,32 +129,6 @@ def put(code: Addressed | None, row: NDArray[np.int64]) -> Addressed | None:
     return code
 
 
-class _Layout:
-    """The structure of arguments, and what is not part of it."""
-
-    def __init__(self, arguments: tuple[Any, ...], patterns: dict[int, AnyArray]) -> None:
-        self.memories: list[AnyArray] = []
-        self.numbers: list[float] = []
-        self._patterns = patterns
-        self.key = tuple(self._of(argument) for argument in arguments)
-
-    def _of(self, argument: Any) -> Any:
-        if isinstance(argument, tuple):
-            return tuple(self._of(item) for item in argument)
-        if isinstance(argument, float):
-            self.numbers.append(argument)
-            return "number"
-        if not isinstance(argument, np.ndarray):
-            return argument
-        whole = memory_of(argument)
-        number = next((k for k, known in enumerate(self.memories) if known is whole), len(self.memories))
-        if number == len(self.memories):
-            self.memories.append(whole)
-        pattern = self._patterns.get(id(argument))
-        fixed = b"" if pattern is None else _pattern_key(pattern)
-        return number, place_of(argument) - place_of(whole), argument.dtype, argument.shape, argument.strides, fixed
-
-
 def _words(array: AnyArray) -> NDArray[np.int64]:
     """Its numbers of eight bytes each, a row each of its rows."""
     return np.ascontiguousarray(array).reshape(len(array), -1).view(np.int64)
@@ -153,31 +142,51 @@ def _pattern_key(pattern: AnyArray) -> bytes:
     return np.where((np.abs(words) <= LARGEST_COUNT) | is_structure(words), words, _NOT_FIXED).tobytes()
 
 
-def _compile(
-    function: Any, instances: Sequence[tuple[Any, ...]], patterns: dict[int, AnyArray], scratch: tuple[AnyArray, ...]
-) -> list[_Code | None]:
-    found: list[_Code | None] = [None] * len(instances)
+def _found(function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed, layouts: Layouts, key: Any) -> _Codes:
+    """From disk, or made now and kept."""
+    module, name = function.py_func.__module__, function.py_func.__qualname__
+    store = KeptCodes(module, repr((name, *_told(key[1:]))))
+    known = store.found()
+    if known is None:
+        known = _made(function, instances, fixed, layouts)
+        store.keep(known)
+    objects, codes = known
+    return _Codes(tuple(map(load, objects)), tuple(None if code is None else _Code(*code) for code in codes))
+
+
+def _told(key: Any) -> Any:
+    """A key as text tells it in every process."""
+    if isinstance(key, tuple):
+        return tuple(map(_told, key))
+    return str(key.descr) if isinstance(key, np.dtype) else key
+
+
+def _made(
+    function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed, layouts: Layouts
+) -> tuple[list[bytes], list[tuple[Any, ...] | None]]:
+    """Object codes, and `_Code` of each instance."""
+    objects: list[bytes] = []
+    codes: list[tuple[Any, ...] | None] = [None] * len(instances)
+    traces: dict[int, Traced] = {}
     alike: dict[Any, list[int]] = {}
-    traces: list[Traced | None] = []
     for number, arguments in enumerate(instances):
         try:
-            traced = Traced(function, arguments, patterns, scratch)
+            traced = Traced(function, arguments, fixed, layouts)
         except NotStraightError:
-            traces.append(None)
             continue
-        traces.append(traced)
         if len(traced.sums.steps) <= _MOST:
+            traces[number] = traced
             alike.setdefault(traced.form, []).append(number)
     for numbers in alike.values():
-        shared = [trace for k in numbers if (trace := traces[k]) is not None]
-        pointers: dict[Any, int] = {}  # where a place of the first lies in the others: the same for all of one pointer
+        shared = [traces[number] for number in numbers]
+        pointers: dict[Any, int] = {}  # by where places of the first lie in the others
         reached: dict[Place, tuple[int, int]] = {}
         for places in zip(*(trace.places for trace in shared), strict=True):
             first = places[0]
-            key = tuple((memory, begin - first[1]) for memory, begin in places)
-            reached[first] = pointers.setdefault(key, len(pointers)), first[1]
-        address = address_of(shared[0].sums, reached, len(pointers))
+            apart = tuple((memory, begin - first[1]) for memory, begin in places)
+            reached[first] = pointers.setdefault(apart, len(pointers)), first[1]
         for k, number in enumerate(numbers):
-            memories, shifts = np.array([key[k] for key in pointers], dtype=np.int64).reshape(-1, 2).T.copy()
-            found[number] = _Code(address, memories, shifts)
-    return found
+            own = [apart[k] for apart in pointers]
+            codes[number] = len(objects), tuple(memory for memory, _ in own), tuple(shift for _, shift in own)
+        objects.append(object_code(shared[0].sums, reached, len(pointers)))
+    return objects, codes

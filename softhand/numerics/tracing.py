@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import builtins
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from softhand.numerics import branches
-from softhand.numerics.arrays import AnyArray
 from softhand.numerics.blocks import Block, Count, room
+from softhand.numerics.layouts import Layouts
 from softhand.numerics.symbols import REAL, TRUTH, WHOLE, NotStraightError, Place, Sums, Symbol
 
 MEANINGS: dict[Any, Callable[..., Any]] = {}
@@ -24,25 +24,17 @@ class Traced:
 
     Attributes:
         sums: what it computes.
-        memories: the arrays that its own are views of, by number.
-        numbers: float arguments, which lie behind the addresses of the memories.
         places: all that it reads and writes, in the order of what it does with them.
         form: what it computes, apart from where these are: that of another may be the same.
     """
 
-    def __init__(
-        self, function: Any, arguments: tuple[Any, ...], patterns: Mapping[int, AnyArray], scratch: Sequence[AnyArray]
-    ) -> None:
+    def __init__(self, function: Any, arguments: tuple[Any, ...], fixed: Any, layouts: Layouts) -> None:
         self.sums = Sums()
-        self.memories: list[AnyArray] = []
-        self.numbers: list[float] = []
-        self._patterns = patterns
+        self.sums.scratch = {layouts.number_of(array)[0] for array in fixed.scratch}
+        self._patterns = {id(array): pattern for array, pattern in zip(fixed.arrays, fixed.patterns, strict=True)}
+        self._layouts, self._numbers, self._rooms = layouts, 0, 0
         self._texts: dict[Any, Any] = {}
-        self._rooms = 0
-        symbols = [self._symbol(argument) for argument in arguments]
-        self._on_symbols(function)(*symbols)
-        unread = {id(memory_of(array)) for array in scratch}
-        self.sums.scratch = {number for number, memory in enumerate(self.memories) if id(memory) in unread}
+        self._on_symbols(function)(*map(self._symbol, arguments))
         self.places, self.form = _form(self.sums)
 
     def _symbol(self, argument: Any) -> Any:
@@ -50,14 +42,11 @@ class Traced:
             items = [self._symbol(item) for item in argument]
             return type(argument)(*items) if hasattr(argument, "_fields") else tuple(items)
         if isinstance(argument, float):
-            self.numbers.append(argument)
-            return self.sums.step(REAL, "number", len(self.numbers) - 1)
+            self._numbers += 1
+            return self.sums.step(REAL, "number", self._numbers - 1)
         if not isinstance(argument, np.ndarray):
             return argument
-        whole = memory_of(argument)
-        number = next((k for k, known in enumerate(self.memories) if known is whole), len(self.memories))
-        self.memories[number:] = [whole] if number == len(self.memories) else self.memories[number:]
-        begin = place_of(argument) - place_of(whole)
+        number, begin = self._layouts.number_of(argument)
         fixed = self._patterns.get(id(argument))
         return Block(self.sums, number, begin, argument.dtype, argument.shape, argument.strides, fixed)
 
@@ -101,18 +90,6 @@ def _form(sums: Sums) -> tuple[list[Place], Any]:
     steps = tuple(tuple(map(told, step)) for step in sums.steps)
     results = tuple((told(place), kind, told(sums.memory[place])) for place, kind in sums.results())
     return list(known), (steps, results)
-
-
-def memory_of(array: AnyArray) -> AnyArray:
-    """The array that owns the numbers of a view."""
-    while isinstance(array.base, np.ndarray):
-        array = array.base
-    return array
-
-
-def place_of(array: AnyArray) -> int:
-    """Address of its first number."""
-    return int(array.__array_interface__["data"][0])
 
 
 class _Arrays:

@@ -11,7 +11,8 @@ import numpy as np
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
-from softhand.numerics.straight import straight
+from softhand.numerics.layouts import Layouts
+from softhand.numerics.straight import Fixed, straight
 from softhand.sensing.fields import pick
 from softhand.sensing.observation import Observation
 
@@ -45,10 +46,10 @@ class Bound:
         observed = pick(self._reads, observation.fields, **self._renamed)
         return addressed(self._kernel, observed, *self._settings, out)
 
-    def straight(self, observation: Observation, out: Array) -> Addressed | None:
+    def straight(self, observation: Observation, out: Array, layouts: Layouts) -> Addressed | None:
         """The same as straight code, where there is any."""
         observed = pick(self._reads, observation.fields, **self._renamed)
-        return straight(self._kernel, [(observed, *self._settings, out)])[0]
+        return straight(self._kernel, [(observed, *self._settings, out)], Fixed(), layouts)[0]
 
     def __call__(self, observation: Observation) -> Array:
         """The kernel's answer to the numbers of the observation, shape (size,)."""
