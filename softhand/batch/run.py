@@ -105,7 +105,8 @@ class CompiledRun:
         n, sizes = plant.world.n_joints, observation.known.sizes
         periods = round(scenario.duration / scenario.control_period)
         torque, command = np.zeros((2, n))
-        law = self.law.addressed(observation, command)
+        self._layouts = layouts = Layouts()
+        law = self.law.addressed(observation, command, layouts)
         self._mechanics = mechanics_of(plant, self._state, torque)
         self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
         self._plan = Plan(
@@ -132,9 +133,8 @@ class CompiledRun:
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
         )
-        self._layouts = Layouts()
         self._law, self._straight = law, self._straight_code(command)
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=layouts)
 
     def _straight_code(self, command: Array) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
@@ -156,7 +156,7 @@ class CompiledRun:
         kept = parts_of(self._keep.fields)
         self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
         self._straight = self._straight_code(self._plan.command)
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
         """Run to the end, or until somebody says stop, which is asked every 500 control periods."""

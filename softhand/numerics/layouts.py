@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.numerics.arrays import AnyArray
+from softhand.numerics.prepared import PLACE_WORD, words_of
 
 
 class Layouts:
@@ -47,8 +49,43 @@ class Layouts:
             self.places.append(whole.ctypes.data)
         return number, 0 if whole is array else array.ctypes.data - self.places[number]
 
+    def words(self, arguments: tuple[Any, ...]) -> NDArray[np.int64]:
+        """As `prepared.words_of`, from what they are for all arguments of this layout."""
+        layout = self.of(arguments)
+        if layout not in _templates:
+            _templates[layout] = _template(arguments, self)
+        words, where, memories, shifts, reals = _templates[layout]
+        words = words.copy()
+        words[where] = np.array(self.places)[memories] + shifts
+        words[reals] = np.array(numbers_in(arguments)).view(np.int64)
+        return words
+
     def _of_array(self, array: AnyArray) -> Any:
-        return *self.number_of(array), array.dtype, array.shape, array.strides
+        return *self.number_of(array), array.dtype, array.shape, array.strides, array.flags.writeable
+
+
+_templates: dict[Any, Any] = {}
+
+
+def _template(arguments: tuple[Any, ...], layouts: Layouts) -> Any:
+    """Words, and which of them are addresses of what, and which are reals."""
+    words: list[int] = []
+    where: list[tuple[int, int, int]] = []
+    reals: list[int] = []
+
+    def walk(argument: Any) -> None:
+        if isinstance(argument, tuple):
+            for item in argument:
+                walk(item)
+            return
+        if isinstance(argument, np.ndarray):
+            where.append((len(words) + PLACE_WORD, *layouts.number_of(argument)))
+        elif isinstance(argument, float):
+            reals.append(len(words))
+        words.extend(words_of(argument))
+
+    walk(arguments)
+    return (np.array(words, dtype=np.int64), *np.array(where, dtype=np.int64).reshape(-1, 3).T, reals)
 
 
 def numbers_in(argument: Any) -> list[float]:

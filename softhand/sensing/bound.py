@@ -41,10 +41,10 @@ class Bound:
         """The fields of an observation that it reads."""
         return {self._renamed.get(name, name) for name in self._reads._fields}
 
-    def addressed(self, observation: Observation, out: Array) -> Addressed:
+    def addressed(self, observation: Observation, out: Array, layouts: Layouts) -> Addressed:
         """Ready to be called by other machine code, for one observation and one place of the answer."""
         observed = pick(self._reads, observation.fields, **self._renamed)
-        return addressed(self._kernel, observed, *self._settings, out)
+        return addressed(self._kernel, observed, *self._settings, out, layouts=layouts)
 
     def straight(self, observation: Observation, out: Array, layouts: Layouts) -> Addressed | None:
         """The same as straight code, where there is any."""
