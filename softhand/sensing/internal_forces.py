@@ -9,7 +9,9 @@ import numpy as np
 from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
+from softhand.sensing.truss import truss_forces
 
+_FEW = 4  # contacts up to which K alone is the quicker way; from five on K K^T is singular
 _APART = 1e-9  # [m] below which two contacts are one point: tips in the air may all be nearest to one vertex
 
 
@@ -35,6 +37,8 @@ def internal_forces(contacts, pairs, K, internal_force):
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)
+    if K.shape[0] > 3 * _FEW and truss_forces(contacts, pairs, internal_force):
+        return
     f_C = np.empty(K.shape[0])
     for i in range(K.shape[0] // 3):
         for row in range(3):
