@@ -40,13 +40,14 @@ from rich.table import Table
 import softhand
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import Asked
-from softhand.batch.keep import Keep
 from softhand.batch.run import CompiledRun
+from softhand.simulation.keep import Keep
 
 PERIOD = 0.001  # [s]
 ROUND = 250  # periods
 RUNS = 16  # of a batch
 THREADS = 2
+PACKAGES = ("softhand", "mujoco", "numba", "pin")
 WARM_UP = 3  # rounds that do not count
 
 Seconds = NDArray[np.float64]
@@ -90,8 +91,8 @@ def measured(rounds: int) -> dict[str, Any]:
                 if k >= WARM_UP:
                     taken[row][k - WARM_UP, side] = time.perf_counter() - begin
     return {
-        "machine": {"processor": platform.processor() or platform.machine(), "system": platform.platform(),
-                    "python": platform.python_version(), **{name: version(name) for name in ("mujoco", "numba", "pin")}},
+        "machine": {"processor": platform.processor() or platform.machine(), "system": platform.platform()},
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
         **{row: row_figures(seconds, RUNS if "batch" in row else 1) for row, seconds in taken.items()},
     }  # fmt: skip
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from softhand.closed_loop.linearize import LinearModel, linearize
     from softhand.closed_loop.lyapunov import Lyapunov, lyapunov
     from softhand.closed_loop.stability import Stability, stability
+    from softhand.controllers import blocks
     from softhand.controllers.controller import Controller
     from softhand.dampings.damping import Damping
     from softhand.errors import (
@@ -76,6 +77,7 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
+    "controllers": ("blocks",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
     "errors": (
@@ -118,6 +120,8 @@ __all__ = sorted(_HOME)
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'softhand' has no attribute {name!r}")
+    if name == "blocks":  # a module
+        return import_module("softhand.controllers.blocks")
     return getattr(import_module(_HOME[name]), name)
 
 

@@ -50,6 +50,9 @@ class LawError(SofthandError):
     """A fingertip law is not usable: wrong number of results, not compilable, NaN."""
 
     law: str = ""
+    file: str = ""
+    """Of the formula at fault, if one is."""
+    line: int = 0
 
 
 class MeasurementError(SofthandError):
@@ -65,7 +68,8 @@ class SimulationStopped(SofthandError):
     recording: Any = None
     """All that was computed; None outside of `Simulation.run`."""
     reason: str = ""
-    """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `given up`, `interrupted`."""
+    """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `reference`, `stepper`, `given up`,
+    `interrupted`, `lost`."""
     time: float = 0.0
     """Of the last good sample [s]."""
     finger: str = ""
@@ -94,6 +98,12 @@ class RecordingError(SofthandError):
     """A recording cannot be read or written."""
 
     file: Any = None
+
+
+class MissingArrayError(RecordingError, AttributeError, KeyError):
+    """A recording has no array of that name. As Python wants it, also an AttributeError and a KeyError."""
+
+    __str__ = Exception.__str__  # KeyError would show it in quotes
 
 
 class BrowserError(SofthandError):

@@ -12,9 +12,11 @@ with hyphens: `SoftGel` is `soft-gel`. No scenario can do that.
 from __future__ import annotations
 
 import inspect
+import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec, spec_from_file_location
@@ -22,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
+from softhand.settings.failures import failure
 from softhand.settings.wording import nearest
 
 SHIPPED: dict[str, dict[str, str]] = {
@@ -53,6 +56,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
     "references": {
+        "hold": "softhand.references.hold:Hold",
         "step": "softhand.references.straight:Step",
         "minimum-jerk": "softhand.references.straight:MinimumJerk",
         "waypoints": "softhand.references.waypoints:Waypoints",
@@ -93,8 +97,9 @@ def load_plugin_file(file: Path) -> list[str]:
     sys.modules[module.__name__] = module  # formulas of laws are compiled by the module that they are in
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
-        raise ScenarioError(f"{file}: this plugin cannot be run: {error!r}.", value=str(file)) from error
+    except (Exception, SystemExit) as error:
+        why = failure(error, spec.origin or file)
+        raise ScenarioError(f"{file}: this plugin cannot be run: {why}; mend it.", value=str(file)) from error
     own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
     found = [(kind, item) for kind, base in _BASES.items() for item in own if issubclass(item, _load(base))]
     if not found:
@@ -152,7 +157,7 @@ def find_plugin(kind: str, name: str, key: str) -> type[Any]:
         found = entry.load()
     except Exception as error:
         raise ScenarioError(
-            f'{key}: the {kind[:-1]} "{name}" of the entry point {entry.value} cannot be imported: {error!r}.',
+            f'{key}: the {kind[:-1]} "{name}" of the entry point {entry.value} cannot be imported: {failure(error)}.',
             key=key,
             value=name,
         ) from error
@@ -169,7 +174,8 @@ def plugin_name(kind: str, plugin: type[Any]) -> str:
     target = f"{plugin.__module__}:{plugin.__qualname__}"
     known = [name for name, other in SHIPPED[kind].items() if other == target]
     known += [name for name, other in _from_files[kind].items() if other is plugin]
-    known += [name for name, entry in _foreign(kind).items() if not known and _loads(entry, plugin)]
+    if not known:
+        known = [name for name, entry in _foreign(kind).items() if _loads(entry, plugin)]
     return known[0] if known else plugin.__name__
 
 
@@ -192,4 +198,18 @@ def _load(target: str) -> type[Any]:
 
 
 def _foreign(kind: str) -> dict[str, EntryPoint]:
+    return _listed(kind, tuple(map(_stamp, sys.path)))
+
+
+@lru_cache(maxsize=16)
+def _listed(kind: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, EntryPoint]:
+    """Looked up anew, which takes some milliseconds, when packages have come or gone."""
     return {entry.name: entry for entry in entry_points(group=f"softhand.{kind}")}
+
+
+def _stamp(folder: str) -> tuple[str, int]:
+    """A place where packages are, and when one was last put there or taken away [ns]."""
+    try:
+        return folder, os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return folder, 0

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softhand.commands.main import main
+from softhand.simulation.interrupts import SIGNALS
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Outcome:
 
 def run_command(*arguments: str, folder: Path, width: int = 300) -> Outcome:
     """`softhand ARGUMENTS` from a folder, on a console so many letters wide."""
-    before = sys.argv, Path.cwd(), os.environ.get("COLUMNS"), signal.getsignal(signal.SIGTERM)
+    before = sys.argv, Path.cwd(), os.environ.get("COLUMNS")
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
     out, errors, code = io.StringIO(), io.StringIO(), 0
     sys.argv, os.environ["COLUMNS"] = ["softhand", *arguments], str(width)
     os.chdir(folder)
@@ -39,5 +41,6 @@ def run_command(*arguments: str, folder: Path, width: int = 300) -> Outcome:
         os.environ.pop("COLUMNS")
         if before[2] is not None:
             os.environ["COLUMNS"] = before[2]
-        signal.signal(signal.SIGTERM, before[3])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
     return Outcome(code, out.getvalue(), errors.getvalue())

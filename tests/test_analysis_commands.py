@@ -110,7 +110,7 @@ def test_stability_takes_any_controller(tmp_path, watch):
     found = watch("closed_loop.stability", "stability")
     result = run_command("stability", "object-impedance", folder=tmp_path)
     assert_prints(result, found[0].rows())
-    assert len(found[0].rows()) == 2 and not list(tmp_path.iterdir())
+    assert len(found[0].rows()) == 3 and not list(tmp_path.iterdir())
 
 
 def test_workspace_compares_with_the_paper(tmp_path, watch, monkeypatch):

@@ -130,7 +130,7 @@ BALL = {"frame": "palm", "position": [0.0, 0.0, 0.0], "radius": 1e300, "friction
         ),
         ("grasp-and-lift", {"fingertip.radius": 10}, r"fingertip\.radius: got 10, .* <= 1"),
         ("grasp-and-lift", {"fingertip.k_r": 1e15}, r"law 'Nakashima' away from the object.*larger than 1e\+15"),
-        ("grasp-and-lift", {"table.normal": [1e-300] * 3}, "a normal needs a direction"),
+        ("grasp-and-lift", {"table.normal": [1e-300] * 3}, r"table\.normal: .*smaller than 1e-30"),
         ("can", {"hand.tips": ["finger_1_tip", "finger_2_tip", PLACED]}, "no joint moves this tip without another one"),
     ],
 )

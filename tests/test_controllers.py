@@ -12,8 +12,10 @@ from numpy.testing import assert_allclose
 
 from softhand import Controller, Recording, ScenarioError, Simulation, build, load_scenario, simulate
 from softhand.contact.pairs import contact_pairs
-from softhand.controllers.angle_feedback import AngleFeedback
-from softhand.controllers.blind import Blind, virtual_frame, virtual_turning
+from softhand.controllers.angle_feedback import AngleFeedback, contact_forces
+from softhand.controllers.blind import Blind
+from softhand.controllers.blind import virtual_frame as set_frame
+from softhand.controllers.blind import virtual_turning as set_turning
 from softhand.controllers.computed_torque import ComputedTorque
 from softhand.controllers.object_impedance import ObjectImpedance
 from softhand.controllers.opposing import Opposing
@@ -43,6 +45,20 @@ SCENARIOS = {
 """A scenario that ships for each controller that ships."""
 
 STEP = 1e-6
+
+
+def virtual_frame(x: Array) -> tuple[Array, Array]:
+    """Centre and axes of the virtual frame."""
+    centre, axes = np.empty(3), np.empty((3, 3))
+    set_frame(x, centre, axes)
+    return centre, axes
+
+
+def virtual_turning(x: Array, axes: Array) -> Array:
+    """Its angular velocity from the velocities of the tips."""
+    B = np.empty((3, 3, 3))
+    set_turning(x, axes, B)
+    return B
 
 
 class Stage:
@@ -361,11 +377,11 @@ def test_virtual_turning_is_the_rate_of_the_virtual_frame(seed: int) -> None:
 def test_angle_feedback_leaves_a_spring_about_the_normal(pinch: Stage, seed: int) -> None:
     """The forces carry the weight, and their moment about b at the centre of mass is K e - D w; no more, no less."""
     controller = AngleFeedback()
-    _, b = controller.start(pinch.at(pinch.start))
+    b, forces = controller.start(pinch.at(pinch.start)), np.empty((2, 3))
     assert_allclose(np.abs(b), [0.0, 1.0, 0.0], atol=1e-12)
     seen = pinch.at(pinch.near(seed))
     seen.object_rpy_desired[1] = 0.2
-    forces = controller.forces(seen, b)
+    contact_forces(seen._views, controller.constants(seen), b, forces)
     assert_allclose(forces.sum(axis=0), [0.0, 0.0, 0.2 * 9.81] + 5.0 * seen.contact_rotation[:, :, 2].sum(axis=0),
                     rtol=0.0, atol=1e-9)  # fmt: skip
     moment = b @ np.cross(seen.contact_point - seen.object_position, forces).sum(axis=0)

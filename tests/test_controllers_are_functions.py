@@ -85,7 +85,7 @@ def noise(run: Seen, rng: np.random.Generator) -> list[Observation]:
                 values[...] = pin.integrate(model_of(seen), values, step)
             elif name == "object_rotation":
                 values[...] = pin.exp3(rng.normal(0.0, 0.01, 3)) @ values
-            elif not name.endswith("_desired") and values.size:
+            elif not name.endswith("_desired") and name != "clock" and values.size:
                 values += 0.01 * np.max(np.abs(values)) * rng.normal(size=values.shape) * (values != 0.0)
     return handed
 
@@ -215,7 +215,7 @@ def test_a_copy_is_as_good_as_what_is_seen_live(case: Case) -> None:
         simulation.step()
 
 
-JOINTS = {"joint_position", "joint_velocity", "gravity_torque", "tip_position", "tip_rotation", "tip_jacobian",
+JOINTS = {"clock", "joint_position", "joint_velocity", "gravity_torque", "tip_position", "tip_rotation", "tip_jacobian",
           "tip_angular_jacobian"}  # fmt: skip
 GRASP = {"hand_force_jacobian", "hand_torsion_jacobian", "internal_force_basis", "object_position", "contact_force"}
 TWIST = {"object_gravity", "object_force_jacobian", "object_torsion_jacobian"}
@@ -232,7 +232,7 @@ MEASURED = {
     "two-phase": {"object_rotation"},
     "pick-and-place": GRASP | TWIST | {"object_rotation", "internal_force"},
 }  # fmt: skip
-"""What each reads after its start, beside the joints, what depends on these alone, and what is desired."""
+"""What each reads after its start, beside the time, the joints, what depends on these alone, and what is desired."""
 MEASURED_AS_EULER = {
     "regulation": GRASP | {"object_rpy", "N_O", "J_O_f", "J_O_tau", "internal_force"},
     "finger-only": {"contact_force"},

@@ -79,6 +79,13 @@ def test_the_notebook_runs_from_top_to_bottom(capsys: pytest.CaptureFixture[str]
     assert text.startswith("# %% [markdown]\n") and text.count("# %%\n") == 4
 
 
+def test_ten_lines_of_blocks_end_on_the_target(capsys: pytest.CaptureFixture[str]) -> None:
+    """Within 0.05 mm and 0.1 deg."""
+    position, turn = results("own_formula")
+    assert position < 0.05 and turn < 0.1
+    assert UNIT.search(capsys.readouterr().out)
+
+
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_an_example_is_short_and_keeps_to_public_names(file: Path) -> None:
     """20 to 60 lines; of softhand only its names; it runs when it is called."""
@@ -91,7 +98,7 @@ def test_an_example_is_short_and_keeps_to_public_names(file: Path) -> None:
             assert node.attr in softhand.__all__
 
 
-def test_there_are_ten() -> None:
+def test_there_are_eleven() -> None:
     """And each has its number above."""
-    others = {"compare_controllers", "design_gains", "sweep", "notebook"}
-    assert {file.stem for file in FILES} == set(RESULTS) | others and len(FILES) == 10
+    others = {"compare_controllers", "design_gains", "sweep", "notebook", "own_formula"}
+    assert {file.stem for file in FILES} == set(RESULTS) | others and len(FILES) == 11

@@ -235,7 +235,7 @@ def test_a_file_that_is_too_large_is_not_read_to_its_end(tmp_path):
     """A sparse file of 1 TB."""
     with open(tmp_path / "large.csv", "wb") as file:
         file.truncate(10**12)
-    with pytest.raises(MeasurementError, match="larger than 16 MB"):
+    with pytest.raises(MeasurementError, match="longer than 16000000 bytes"):
         read_measurements([tmp_path / "large.csv"])
 
 

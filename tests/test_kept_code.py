@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -32,11 +33,12 @@ class Small:
         self.cache, self.file = tmp_path / "cache", tmp_path / "small.py"
         self.file.write_text(MODULE)
 
-    def run(self, **environment: str) -> tuple[list[str], str]:
+    def run(self, largest_file: int | None = None, **environment: str) -> tuple[list[str], str]:
         """Answer, hits and folder; then the warnings."""
         own = environment or {"SOFTHAND_CACHE_DIR": str(self.cache)}
+        limit = None if largest_file is None else lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file,) * 2)
         done = subprocess.run([sys.executable, str(self.file)], capture_output=True, text=True, timeout=120,
-                              env={**os.environ, **own})  # fmt: skip
+                              env={**os.environ, **own}, preexec_fn=limit)  # fmt: skip
         assert done.returncode == 0, done.stderr
         first, said = done.stdout.splitlines()[:2] if done.stdout.count("\n") > 1 else (done.stdout, "")
         return first.split(), said
@@ -79,7 +81,7 @@ def test_damaged_code_is_made_anew(small: Small, damage) -> None:
     for file in small.code():
         file.write_bytes(damage(file.read_bytes()))
     (answer, hits, _), said = small.run()
-    assert (answer, hits) == ("3.0", "0") and said.count("was damaged") == 1
+    assert (answer, hits) == ("3.0", "0") and said.count("was damaged") == 1 and not said.count("|")
     assert small.run() == (["3.0", "1", small.run()[0][2]], "")
 
 
@@ -94,6 +96,45 @@ def test_code_of_another_function_is_not_taken(small: Small) -> None:
         one.write_bytes(other)
     (answer, hits, _), _ = small.run()
     assert (answer, hits) == ("6.0", "0")
+
+
+def _give_away(file: Path) -> None:
+    os.chown(file, 12345, 12345)
+
+
+def _open_to_others(file: Path) -> None:
+    file.chmod(0o666)
+
+
+def _lead_elsewhere(file: Path) -> None:
+    file.rename(file.with_name("elsewhere"))
+    file.symlink_to("elsewhere")
+
+
+def _make_a_pipe(file: Path) -> None:
+    file.unlink()
+    os.mkfifo(file)
+
+
+@pytest.mark.parametrize("spoil", [_give_away, _open_to_others, _lead_elsewhere, _make_a_pipe])
+def test_code_that_others_may_have_written_is_not_run(small: Small, spoil) -> None:
+    """Whole as it is: nothing of it is unpickled, and a pipe holds nobody up."""
+    if spoil is _give_away and os.geteuid() != 0:
+        pytest.skip("only root can give a file to somebody else")
+    (file,) = small.code()
+    spoil(file)
+    (answer, hits, _), said = small.run()
+    assert (answer, hits) == ("3.0", "0") and "not yours" in said
+    assert small.run()[0][1] == "1"
+
+
+def test_a_full_disk_is_no_obstacle(tmp_path: Path) -> None:
+    """The code stays in memory; one warning, nothing half written, and the next start with room keeps it."""
+    small = Small(tmp_path)
+    (answer, hits, _), said = small.run(largest_file=1000)
+    assert (answer, hits) == ("3.0", "0") and said.count("cannot be kept") == 1
+    assert not [path for path in small.cache.rglob("*") if path.is_file()]
+    assert small.run()[0][1] == "0" and small.run()[0][1] == "1"
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder to somebody else")

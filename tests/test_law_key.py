@@ -13,6 +13,7 @@ from softhand.laws.key import makings_of
 
 FORMULA = """
 import math
+from collections import namedtuple
 import numpy as np
 from numba import njit
 import further_constants
@@ -21,14 +22,15 @@ FACTOR = 1.0
 TABLE = np.linspace(0.0, 1.0, 2001)
 ROWS = ((1.0, 2.0), [3.0])
 NAMED = {"a": 1.0}
-@njit
+POINT = namedtuple("POINT", "x y")(1.0, 2.0)
+@njit(error_model="numpy")
 def by_numba(x):
     return 1.0 * x
 def helper(x, scale=1.0):
     return FACTOR * scale * by_numba(x)
 def formula(x):
     inner = [ROWS[0][0] * y for y in (x, 1.0)]
-    return helper(x) + TABLE[3] + further_constants.STIFF * close(x) + math.sin(x) + inner[0] + NAMED["a"]
+    return helper(x) + TABLE[3] + further_constants.STIFF * close(x) + math.sin(x) + inner[0] + NAMED["a"] + POINT.x
 """
 CONSTANTS = "STIFF = 2.0\nUNUSED = 1.0\ndef near(x):\n    return 3.0 * x\n"
 
@@ -59,6 +61,8 @@ CHANGES = {
     "the middle of a long table": ("2001)", "2001); TABLE[1000] = 7.0"),
     "an entry of nested rows": ("[3.0]", "[3.5]"),
     "an entry of a table by name": ('{"a": 1.0}', '{"a": 1.5}'),
+    "the order of names": ('"x y"', '"y x"'),
+    "how numba compiled a helper": ('"numpy"', '"python"'),
     "a helper": ("FACTOR * scale", "FACTOR + scale"),
     "a default": ("scale=1.0", "scale=2.0"),
     "a helper that numba compiled": ("return 1.0 * x", "return 1.5 * x"),

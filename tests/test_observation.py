@@ -193,6 +193,21 @@ def test_what_is_seen_live_can_only_be_read(live: Simulation, name: str) -> None
     assert np.array_equal(seen.block, before.block)
 
 
+def test_nothing_that_is_handed_over_can_be_changed(live: Simulation) -> None:
+    """All arrays that are reached by names without an underscore, and what holds them."""
+    seen, arrays = live.observation, []
+    parts = [seen, seen.desired, seen.known, *seen.fingertips, *(tip.face for tip in seen.fingertips)]
+    for part in parts:
+        arrays += [value for name, value in vars(part).items() if isinstance(value, np.ndarray)]
+    assert len(arrays) > len(FIELDS) and not any(array.flags.writeable for array in arrays)
+    for name, value in (("time", 1.0), ("desired", seen.desired), ("block", seen.block)):
+        with pytest.raises(AttributeError):
+            setattr(seen, name, value)
+    with pytest.raises(AttributeError):
+        seen.desired.coordinates = np.zeros(6)  # type: ignore[misc]
+    assert not hasattr(seen, "fields")
+
+
 def test_constants_and_what_is_computed_cannot_be_set(live: Simulation) -> None:
     """Of a copy either; a name that is none is told with the nearest."""
     mine = live.observation.copy()

@@ -207,14 +207,27 @@ def test_friction_use_has_its_limit() -> None:
 
 
 def test_friction_use_above_its_limit_is_marked() -> None:
-    """The panel says how far above 1 it went, and keeps a readable scale when there is no normal force."""
+    """The panel says how far above 1 it went, where and when, and what that means; it keeps a readable scale."""
     use = invented().friction_use.copy()
     use[30, 1] = 4.2
-    assert "up to 4.2" in texts(draw_run(invented(friction_use=use)))
+    figure, time = draw_run(invented(friction_use=use)), invented().time[30]
+    assert f"above 1 a real tip slips: 4.2 (finger 2, {time:.3g} s)" in texts(figure)
     use[50, 0] = np.inf
     figure = draw_run(invented(friction_use=use))
     assert "no normal force" in texts(figure)
     assert panels(figure, "friction use")[0].get_ylim() == (0.0, 3.0)
+
+
+def test_friction_use_with_torsion_is_drawn_and_marked() -> None:
+    """That of the limit surface, dotted, also where friction has no limit: there it says that a real tip slips."""
+    coupled = np.full((SAMPLES, 3), 0.5)
+    coupled[40, 2] = 1.07
+    figure = draw_run(invented(limit_surface_use=coupled))
+    (axes,) = panels(figure, "friction use")
+    dotted = [line.get_ydata() for line in axes.lines if line.get_linestyle() == ":"]
+    np.testing.assert_array_equal(np.column_stack(dotted), coupled)
+    assert "dotted: with torsion" in [text.get_text() for text in axes.texts]
+    assert f"above 1 a real tip slips: 1.07 (finger 3, {invented().time[40]:.3g} s)" in texts(figure)
 
 
 def test_friction_use_below_its_limit_is_not_marked() -> None:

@@ -252,8 +252,36 @@ def test_a_relative_path_like_an_address_is_a_file(tmp_path: Path, monkeypatch: 
 
 @pytest.mark.parametrize("name", VARIABLES)
 def test_xarray_shows_units_and_long_name(name: str, dataset: xr.Dataset) -> None:
-    """Each array carries units and a long name from the table."""
-    assert dataset[name].attrs == {"units": VARIABLES[name].units, "long_name": VARIABLES[name].long_name}
+    """Each array carries one unit of all, or one for each place along its last dimension, and a long name."""
+    attributes, units = dict(dataset[name].attrs), recording().units(name)
+    assert attributes.pop("long_name") == VARIABLES[name].long_name
+    assert attributes == ({"units": units[0]} if len(units) == 1 else {"component_units": list(units)})
+    assert all(UNIT.fullmatch(unit) for unit in units)
+    assert len(units) in (1, dataset[name].shape[-1])
+
+
+UNIT = re.compile(r"1|(?:kg|rad|N|J|m|s)(?: m)?(?:/s)?")
+"""One unit, as programs read it."""
+
+SLIDE = '<robot name="hand"><joint name="{}" type="prismatic"/><joint name="other" type="revolute"/></robot>'
+
+
+def test_a_slide_has_the_units_of_a_slide() -> None:
+    """m, m/s and N; by each joint where some slide, one alone where all do; those of a hinge without a URDF."""
+    joints = recording().labels["joint"]
+    for urdf, torque in (
+        ("", ("N m",)),
+        (SLIDE.format(joints[1]), ("N m", "N", *("N m",) * (len(joints) - 2))),
+        (
+            "<robot name='hand'>" + "".join(f"<joint name='{name}' type='prismatic'/>" for name in joints) + "</robot>",
+            ("N",),
+        ),
+        ("<robot>", ("N m",)),
+    ):
+        assert recording(hand_urdf=urdf).units("joint_torque") == torque
+    mixed = recording(hand_urdf=SLIDE.format(joints[1]))
+    assert mixed.units("joint_position")[:2] == ("rad", "m") and mixed.units("joint_velocity")[1] == "m/s"
+    assert mixed.units("torque_limited") == ("1",) and mixed.units("object_position") == ("m",)
 
 
 @pytest.mark.parametrize("name", VARIABLES)

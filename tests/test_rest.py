@@ -173,3 +173,25 @@ def test_an_ellipsoid_may_stand_on_a_table() -> None:
     values |= {"reference.internal_force": (0.0, 0.0, 0.0)}
     plant: Plant = build(softhand.load_scenario("target-a", values)).plant
     assert plant.supports[0].name == "table ellipsoid"
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 2e4, 1e6])
+@pytest.mark.parametrize("mass", [0.2, 1e-3])
+def test_a_light_box_that_stands_askew(mass: float, stiffness: float) -> None:
+    """It sinks less than it is askew, by 1 mrad: all corners carry it, and it does not turn about the vertical."""
+    values = {"object.mass": mass, "table.stiffness": stiffness, "object.rpy": [1e-3, 0.0, 0.03]}
+    simulation = build(softhand.load_scenario("grasp-and-lift", values))
+    force = simulation.plant.support_contacts["force"][:, 2]
+    assert force.sum() == pytest.approx(mass * 9.81, rel=1e-6)
+    assert np.count_nonzero(force > 0.2 * mass * 9.81) == 4
+    rotation = simulation.plant.world.object_rotation(simulation.state.q)
+    assert np.linalg.norm(pin.log3(rotation_of((0.0, 0.0, 0.03)).T @ rotation)) < 1e-4
+
+
+def test_a_rest_too_far_away_is_told_with_its_place() -> None:
+    """On a soft table the box rests deeper than it may be off; the message has the position that would do."""
+    values = {"table.stiffness": 1e3, "object.position": [0.0, 0.01, 0.1411]}
+    with pytest.raises(GraspError, match=r"0\.9 mm above it .* rests 1\.39 mm and 0 deg from there") as caught:
+        build(softhand.load_scenario("grasp-and-lift", values))
+    assert "object.position is about" in str(caught.value) and ", 0.01, 0.14249]" in str(caught.value)
+    build(softhand.load_scenario("grasp-and-lift", {**values, "object.position": [0.0, 0.01, 0.14249]}))

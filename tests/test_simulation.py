@@ -121,7 +121,7 @@ def test_effort_limits_are_applied_and_recorded():
     [
         (lambda seen: np.full(9, np.nan), "NaN"),
         (lambda seen: np.zeros(8), r"shape \(8,\)"),
-        (lambda seen: "full power", "no array of numbers"),
+        (lambda seen: "full power", "no array of real numbers"),
         (lambda seen: 1 / 0, "ZeroDivisionError"),
         (lambda seen: np.add(seen.q_F, 1.0, out=seen.q_F), "ValueError: .*read-only"),
     ],

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.assembly.plant import read_plant
-from softhand.assembly.probe import recorded_scenario, recorded_state
+from softhand.assembly.probe import check_states, recorded_scenario, recorded_state
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
@@ -125,10 +125,11 @@ def energy_ledger(
         samples: where the accounts are wanted.
 
     Raises:
-        RecordingError: the scenario in the recording cannot be read.
+        RecordingError: the scenario in the recording cannot be read, or arrays are missing or not of that scenario.
         SofthandError: as `build`, where that scenario can no longer be built.
     """
     plant = Plant(plant.world, plant.fingertips, plant.supports) if plant else _recorded_plant(recording)
+    check_states(plant, recording, "joint_torque", "contact_force", *(["support_force"] if plant.supports else []))
     count = len(recording)
     chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)

@@ -45,7 +45,7 @@ class Performance:
         orientation_error: the same of `Errors.orientation` [deg].
         force_error: the same of `Errors.force` [N].
         friction_use: largest |f_t| / (mu f_z) of all contacts and samples.
-        effort: square root of the mean over time of the sum of the squared joint torques [N m].
+        effort: square root of the mean over time of the sum of the squared joint torques [N m, N of slides].
     """
 
     settling_time: float

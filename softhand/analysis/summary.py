@@ -8,6 +8,7 @@ import numpy as np
 
 from softhand.numerics.rotations import turns_between
 from softhand.recording.events import Event, find_events
+from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
 
 _ROUNDED = 1e-9  # a tip that slips is on the limit
@@ -24,7 +25,11 @@ class Summary:
         friction_use: largest |f_t| / (mu f_z) of the run; above 1 a real tip would have slipped.
         friction_finger: where that was.
         friction_time: when that was [s].
-        limit_surface_use: largest use of the coupled limit of force and torsion; NaN if not recorded.
+        limit_surface_use: largest share that force and torsion together took of what friction holds; above 1 a real tip
+            would have slipped, at 1 one slips; NaN if not recorded.
+        limit_surface_finger: where that was; "" if not recorded.
+        limit_surface_time: when that was [s]; NaN if not recorded.
+        limit: by which it is counted, "exact" or "ellipse".
         slipped: distance that tips slipped, each that did [m].
         events: what happened when.
         torque_limited: share of the samples in which an effort limit cut a torque.
@@ -41,6 +46,9 @@ class Summary:
     friction_finger: str
     friction_time: float
     limit_surface_use: float
+    limit_surface_finger: str
+    limit_surface_time: float
+    limit: str
     slipped: dict[str, float]
     events: list[Event]
     torque_limited: float
@@ -52,12 +60,16 @@ class Summary:
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""
         where = f"{self.friction_finger}, t = {self.friction_time:.3g} s"
+        coupled = f"{self.limit_surface_finger}, t = {self.limit_surface_time:.3g} s; > 1 slips"
         rows = [
             ("final position error", f"{self.position_error:.4g} mm"),
             ("final orientation error", f"{self.orientation_error:.4g} deg"),
             ("final internal-force error", f"{self.force_error:.4g} N"),
             ("largest friction use", f"{self.friction_use:.3g}  ({where})"),
-            ("largest limit-surface use", f"{self.limit_surface_use:.3g}"),
+            (
+                "largest limit-surface use",
+                f"{self.limit_surface_use:.3g}" + (f"  ({coupled})" if self.limit_surface_finger else ""),
+            ),
             *((f"slip of {finger}", f"{1e3 * travel:.3g} mm") for finger, travel in self.slipped.items()),
             ("steps per second", f"{self.steps_per_second:,.0f}"),
             ("real-time factor", f"{self.real_time_factor:.3g}"),
@@ -74,6 +86,13 @@ class Summary:
                 f"Friction use reached {self.friction_use:.3g} "
                 f"({self.friction_finger}, t = {self.friction_time:.3g} s): pure rolling, "
                 "as the paper assumes it, asks for more friction than there is."
+            )
+        elif self.limit_surface_use > 1.0 + _ROUNDED:
+            found.append(
+                f"Limit-surface use reached {self.limit_surface_use:.3g} ({self.limit_surface_finger}, "
+                f"t = {self.limit_surface_time:.3g} s): force and torsion together ask for so many times what friction "
+                f"holds, by the {self.limit} limit; above 1 a real tip slips, as one with fingertip.contact = "
+                '"coulomb" does.'
             )
         if self.out_of_range:
             found.append(self.out_of_range)
@@ -100,6 +119,7 @@ def summarize(recording: Recording) -> Summary:
         for k, finger in enumerate(fingers)
         if clinging[:, k].any()
     }
+    coupled, coupled_finger, coupled_time = _coupled(recording)
     wall = float(recording.attributes.get("wall_time", np.nan))
     return Summary(
         position_error=1e3 * float(np.linalg.norm(pose[-1])),
@@ -108,7 +128,10 @@ def summarize(recording: Recording) -> Summary:
         friction_use=float(use[sample, contact]),
         friction_finger=fingers[contact],
         friction_time=float(recording.time[sample]),
-        limit_surface_use=_largest(recording, "limit_surface_use"),
+        limit_surface_use=coupled,
+        limit_surface_finger=coupled_finger,
+        limit_surface_time=coupled_time,
+        limit=str(scenario_of(recording).at("fingertip", "limit") or "exact"),
         slipped=_slipped(recording),
         events=find_events(recording),
         torque_limited=float(np.mean(np.any(recording.torque_limited, axis=1))),
@@ -119,8 +142,13 @@ def summarize(recording: Recording) -> Summary:
     )
 
 
-def _largest(recording: Recording, name: str) -> float:
-    return float(np.max(recording[name])) if name in recording.variables else float("nan")
+def _coupled(recording: Recording) -> tuple[float, str, float]:
+    """Largest use of the limit of force and torsion, finger, time [s]."""
+    if "limit_surface_use" not in recording.variables:
+        return float("nan"), "", float("nan")
+    use = recording.limit_surface_use
+    sample, contact = np.unravel_index(int(np.argmax(use)), use.shape)
+    return float(use[sample, contact]), recording.labels["contact"][contact], float(recording.time[sample])
 
 
 def _slipped(recording: Recording) -> dict[str, float]:

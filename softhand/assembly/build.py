@@ -13,6 +13,7 @@ from softhand.laws.law import Law
 from softhand.plant.plant import Plant
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario, as_scenario
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
 from softhand.simulation.simulation import Progress, Simulation
 
@@ -62,6 +63,16 @@ def assemble(setup: Setup) -> Simulation:
         control_period=scenario.control_period,
         scenario=scenario.to_toml(),
         pushes=[Push(**push.model_dump()) for push in scenario.push],
+        keep=_kept(scenario),
+    )
+
+
+def _kept(scenario: Scenario) -> Keep:
+    """What the section `record` asks for."""
+    everything, record = Keep.all(), scenario.record
+    return Keep(
+        everything.variables if record.variables is None else record.variables,
+        1 if record.every is None else round(record.every / scenario.control_period),
     )
 
 

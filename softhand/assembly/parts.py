@@ -8,10 +8,11 @@ from typing import Any
 
 from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
-from softhand.dampings.damping import Damping
+from softhand.dampings.damping import Damping, check_damping
 from softhand.errors import ScenarioError
-from softhand.laws.law import Law
+from softhand.laws.law import Law, check_law
 from softhand.model.shapes.box import Box
+from softhand.model.shapes.face import Face
 from softhand.model.world import World
 from softhand.plugins import find_plugin, plugin_name
 from softhand.references.goal import Goal
@@ -50,16 +51,23 @@ def written(kind: str, settings: Settings, key: str = "name") -> dict[str, Any]:
 
 
 def read_tip(scenario: Scenario, tip: str = "", law: Law | None = None) -> TipMaterial:
-    """The material of one fingertip, or of all which have no table of their own; with another law if given."""
+    """The material of one fingertip, or of all which have no table of their own; with another law if given.
+
+    Raises:
+        ScenarioError: a name or a setting is wrong.
+        LawError: the formula of the law cannot be used.
+    """
     own = tip in (scenario.fingertip.tips or {})
     section, path = scenario.fingertip.at(tip), f"fingertip.tips.{tip}" if own else "fingertip"
     if law is None:
         law = read_settings(find_plugin("laws", section.law, f"{path}.law"), section.parameters, path)
     assert law is not None
+    check_law(law)
     damping, chosen = law.damping, section.damping
     if chosen is not None:
         damping_class = find_plugin("dampings", chosen.name, f"{path}.damping.name")
         damping = read_settings(damping_class, chosen.parameters, f"{path}.damping")
+    check_damping(damping, f"{path}.damping")
     return TipMaterial(section, law, damping)
 
 
@@ -73,14 +81,27 @@ def read_laws(scenario: Scenario) -> tuple[Law, ...]:
     return tuple(read_law(scenario, tip) for tip in scenario.hand.names)
 
 
-def read_fingertips(scenario: Scenario, world: World, laws: Law | Sequence[Law] | None = None) -> list[Fingertip]:
-    """The fingertips of a scenario, each with its face; with other laws, or one law at all, if given."""
-    names = scenario.hand.names
+def read_fingertips(
+    scenario: Scenario,
+    world: World,
+    laws: Law | Sequence[Law] | None = None,
+    faces: Sequence[Face] | None = None,
+) -> list[Fingertip]:
+    """The fingertips of a scenario, each with its face; with other laws, or one law at all, if given.
+
+    The faces at the contact points are looked for if they are not given as well.
+    """
+    names, own = scenario.hand.names, scenario.fingertip.tips or {}
     others = [laws] * len(names) if laws is None or isinstance(laws, Law) else laws
-    faces, face_friction = faces_of(world, scenario.grasp.contact_points), read_face_friction(scenario, world.shape)
+    faces = faces or faces_of(world, scenario.grasp.contact_points)
+    face_friction = read_face_friction(scenario, world.shape)
+    materials: dict[tuple[str, int], TipMaterial] = {}  # read once where they are the same
     fingertips = []
     for name, other, face in zip(names, others, faces, strict=True):
-        tip = read_tip(scenario, name, other)
+        kind = name if name in own else "", id(other)
+        if kind not in materials:
+            materials[kind] = read_tip(scenario, name, other)
+        tip = materials[kind]
         fingertips.append(
             Fingertip(
                 tip.law,
@@ -138,7 +159,7 @@ def read_reference(scenario: Scenario) -> Reference:
     reference_class = find_plugin("references", section.kind, "reference.kind")
     table = section.model_dump(exclude={"kind"}, exclude_none=True)
     for key in ("waypoints", "duration"):  # what a change of the kind may have left behind
-        if key not in reference_class.model_fields and (key == "duration" or not table[key]):
+        if key not in reference_class.model_fields and (key == "duration" or not table.get(key)):
             table.pop(key, None)
     reference: Reference = read_settings(reference_class, table, "reference")
     return reference

@@ -22,13 +22,20 @@ from softhand.start.open import solve_open_start
 
 def read_world(scenario: Scenario) -> World:
     """Hand and object of a scenario."""
-    hand, held = scenario.hand, scenario.object
+    return load_world(read_hand(scenario), read_object(scenario), scenario.gravity)
+
+
+def read_hand(scenario: Scenario) -> HandModel:
+    """The hand of a scenario where it stands, with its tips."""
+    hand = scenario.hand
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
-    return load_world(
-        HandModel.read(resolve_path(hand.urdf), tips, hand.position, hand.rpy, hand.effort_limit),
-        ObjectModel.read(resolve_path(held.urdf), held.mass, held.ellipsoid, held.hull),
-        scenario.gravity,
-    )
+    return HandModel.read(resolve_path(hand.urdf), tips, hand.position, hand.rpy, hand.effort_limit)
+
+
+def read_object(scenario: Scenario) -> ObjectModel:
+    """The object of a scenario."""
+    held = scenario.object
+    return ObjectModel.read(resolve_path(held.urdf), held.mass, held.ellipsoid, held.hull)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:

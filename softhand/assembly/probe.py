@@ -76,6 +76,36 @@ def recorded_scenario(recording: Recording) -> Scenario:
         ) from error
 
 
+_STATE = ("joint_position", "joint_velocity", "object_position", "object_rpy", "object_twist", "deformation")
+
+
+def check_states(plant: Plant, recording: Recording, *names: str) -> None:
+    """Refuse a recording that is not of this plant, or lacks what tells its states.
+
+    Args:
+        plant: of its scenario.
+        recording: of which `recorded_state` will be asked.
+        names: of further arrays that are needed.
+
+    Raises:
+        RecordingError: it lacks arrays, or has other numbers of joints, tips or supports than its scenario.
+    """
+    missing = [name for name in (*_STATE, *names) if name not in recording.variables]
+    if missing:
+        raise RecordingError(f"The recording lacks {', '.join(missing)}; compute the run anew.", file=None)
+    world = plant.world
+    counts = {"joint": world.n_joints, "contact": world.n_tips}
+    if "support" in recording.labels:
+        counts["support"] = len(plant.contacts) - world.n_tips
+    for dim, count in counts.items():
+        if len(recording.labels[dim]) != count:
+            raise RecordingError(
+                f"The recording has {len(recording.labels[dim])} places along {dim!r}, but its scenario {count}; "
+                "compute the run anew.",
+                file=None,
+            )
+
+
 def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     """The state of one sample of a recording; what a damping remembers is not recorded, and zero here."""
     world, n = plant.world, plant.world.n_joints

@@ -70,7 +70,7 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     grasp = solve_start(scenario, world, fingertips, supports)
     told = scenario.with_values(
         {
-            "fingertip": _materials(scenario, law),
+            "fingertip": written_fingertip(scenario, law),
             "controller": written("controllers", controller),
             "reference": written("references", reference, "kind"),
             "stepper": {**written("steppers", stepper), "terms": scenario.stepper.terms},
@@ -79,7 +79,7 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     return Setup(world, fingertips, supports, grasp, controller, reference, stepper, told)
 
 
-def _materials(scenario: Scenario, law: Law | None) -> dict[str, Any]:
+def written_fingertip(scenario: Scenario, law: Law | None) -> dict[str, Any]:
     """The section `fingertip`, and in it the table of each tip that has one, with all parameters."""
     table = read_tip(scenario, law=law).table()
     for tip in scenario.fingertip.tips or {}:

@@ -131,7 +131,7 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
     if fault == HEALTHY and plan.code != 0 and k % plan.stride == 0:
         plan.clock[0] = time
         if not done(plan.straight, LAW):
-            call(plan.code, plan.words, plan.words)
+            call(plan.code, plan.words, plan.words)  # type: ignore[call-arg]
         if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
             fault = BAD_TORQUE
     progress[FAULT], progress[FINGER] = fault, finger

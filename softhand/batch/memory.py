@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from math import prod
 from pathlib import Path
 
-from softhand.batch.keep import Keep
 from softhand.errors import ScenarioError
 from softhand.recording.variables import COMPONENTS, VARIABLES
 from softhand.scenario.scenario import Scenario
+from softhand.simulation.keep import Keep
 
 _MEMORY = Path("/proc/meminfo")
 _COPIES = 2  # of a sample, while the runs are put together

@@ -13,18 +13,27 @@ import numpy as np
 
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
-from softhand.batch.keep import Keep
 from softhand.batch.memory import must_fit
 from softhand.batch.run import FINISHED, CompiledRun, Outcome, is_compiled
 from softhand.batch.runs import Runs, together
-from softhand.batch.variations import Variations, tables_of, varied
+from softhand.batch.variations import Columns, tables_of, varied
 from softhand.controllers.controller import Controller
-from softhand.errors import GraspError, LawError, ModelError, RolloutStopped, ScenarioError, SimulationStopped
+from softhand.errors import (
+    GraspError,
+    LawError,
+    ModelError,
+    RolloutStopped,
+    ScenarioError,
+    SimulationStopped,
+    SofthandError,
+)
 from softhand.laws.law import Law
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.variables import VARIABLES
 from softhand.scenario.scenario import Scenario, as_scenario
+from softhand.simulation.keep import Keep
 from softhand.simulation.samples import labels_of
 from softhand.version import __version__
 
@@ -37,7 +46,7 @@ Progress = Callable[[int, int], None]
 
 def rollout(
     scenario: Scenario | str | Path,
-    variations: Variations,
+    variations: Columns,
     controller: Controller | None = None,
     law: Law | None = None,
     variables: Iterable[str] = USUAL,
@@ -78,11 +87,11 @@ def rollout(
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
     count = _threads(threads)
     must_fit(scenarios, keeps)
-    asked, stop = Asked(), Event()
+    resolved, asked, stop = _resolver(base, controller, law), Asked(), Event()
     done: dict[int, _Done] = {}
 
     def one(index: int) -> _Done:
-        return _run(scenarios[index], keeps[index], controller, law, asked, stop)
+        return _run(lambda: resolved(tables[index]), keeps[index], asked, stop)
 
     with ThreadPoolExecutor(count) as pool:
         futures = {pool.submit(one, index): index for index in range(len(tables))}
@@ -133,14 +142,20 @@ def _collect(futures: Mapping[Future[_Done], int], done: dict[int, _Done], progr
                 progress(len(done), len(futures))
 
 
-def _run(
-    scenario: Scenario, keep: Keep, controller: Controller | None, law: Law | None, asked: Asked, stop: Event
-) -> _Done:
+def _resolver(base: Scenario, controller: Controller | None, law: Law | None) -> Callable[[Mapping[str, Any]], Setup]:
+    """What makes the setup of a run from its values."""
+    try:
+        return Variations(base, controller, law).at
+    except SofthandError:  # the base has no start of its own, which does not matter
+        return lambda values: resolve(base.with_values(values), controller, law)
+
+
+def _run(resolved: Callable[[], Setup], keep: Keep, asked: Asked, stop: Event) -> _Done:
     """One run from its scenario to what is kept of it."""
     if stop.is_set():
         return _NOT_BEGUN
     try:
-        setup = resolve(scenario, controller, law)
+        setup = resolved()
         if is_compiled(setup):
             run = CompiledRun(setup, keep, asked)
             if run.law is not None:

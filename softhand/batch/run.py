@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -10,7 +11,6 @@ import numpy as np
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
-from softhand.batch.keep import Keep
 from softhand.batch.loop import (
     BAD_TORQUE,
     BETWEEN,
@@ -37,6 +37,7 @@ from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted
 from softhand.simulation.faults import HEALTHY, stopped
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push, push_table
 from softhand.simulation.simulation import TOTALS, whole_periods
 from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of
@@ -104,9 +105,7 @@ class CompiledRun:
             return
         n, sizes = plant.world.n_joints, observation.known.sizes
         periods = round(scenario.duration / scenario.control_period)
-        torque, command = np.zeros((2, n))
-        self._layouts = layouts = Layouts()
-        law = self.law.addressed(observation, command, layouts)
+        torque = np.zeros(n)
         self._mechanics = mechanics_of(plant, self._state, torque)
         self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
         self._plan = Plan(
@@ -115,12 +114,12 @@ class CompiledRun:
             steps=round(scenario.control_period / setup.stepper.step),
             stride=whole_periods(setup.controller, scenario.control_period),
             every=keep.every,
-            code=law.code,
-            words=law.place,
-            command=command,
+            code=self.law.call.code,
+            words=self.law.call.place,
+            command=self.law.torque,
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
-            clock=observation.fields.clock,
+            clock=observation._views.clock,
             desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
             pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
@@ -133,10 +132,11 @@ class CompiledRun:
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
         )
-        self._law, self._straight = law, self._straight_code(command)
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=layouts)
+        self._layouts = Layouts()
+        self._straight = self._straight_code()
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 
-    def _straight_code(self, command: Array) -> list[Addressed | None]:
+    def _straight_code(self) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
         m, senses, plan = self._mechanics, self._senses, self._plan
         body, layouts = senses.body, self._layouts
@@ -147,7 +147,7 @@ class CompiledRun:
             found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts)
             put(found[-1], plan.straight[row])
         if self.law is not None and plan.code:
-            found.append(put(self.law.straight(self._observation, command, layouts), plan.straight[LAW]))
+            found.append(put(self.law.straight(layouts), plan.straight[LAW]))
         return found
 
     def hold(self, torque: Array) -> None:
@@ -155,7 +155,7 @@ class CompiledRun:
         self._mechanics.torque[:] = torque
         kept = parts_of(self._keep.fields)
         self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
-        self._straight = self._straight_code(self._plan.command)
+        self._straight = self._straight_code()
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
@@ -187,18 +187,19 @@ class CompiledRun:
         """The error for what ended the run."""
         fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
         if fault != BAD_TORQUE:
-            return stopped(fault, finger, self.plant, self._time())
+            return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
-        self._observation.time = time
-        try:  # what the law itself says of such a state
-            controller.torque(self._observation, controller.start(self._observation))
-        except SimulationStopped as error:
+        name, self._observation.__dict__["time"] = type(controller).__name__, time
+        assert self.law is not None
+        error = controller.complaint(self._observation, self.law)
+        if isinstance(error, SimulationStopped):
             return error
+        what = f"raised {type(error).__name__}: {error}"
+        if error is None:
+            what = f"returned a torque with NaN or infinity: {self._plan.command.tolist()} N m"
         return ControllerError(
-            f"controller '{type(controller).__name__}' returned a torque with NaN or infinity: "
-            f"{self._plan.command.tolist()} N m (at t = {time:g} s).",
-            controller=type(controller).__name__, reason="controller", time=time,
-        )  # fmt: skip
+            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
+        )
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self._plan.rows[: self._plan.progress[SAMPLES]]

@@ -224,8 +224,8 @@ def together(
     """
     every: dict[str, tuple[str, ...]] = {}
     for own in labels:
-        for dim, values in own.items():
-            every[dim] = tuple(dict.fromkeys((*every.get(dim, ()), *values)))
+        for dim, named in own.items():
+            every[dim] = tuple(dict.fromkeys((*every.get(dim, ()), *named)))
     found: dict[str, Array] = {}
     for name in names:
         dims = VARIABLES[name].dims[1:]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,12 +13,12 @@ from softhand.scenario.keywords import full_keys
 from softhand.scenario.scenario import Scenario
 from softhand.settings.settings import frozen
 
-Variations: TypeAlias = Mapping[str, Sequence[Any] | np.ndarray[Any, Any]] | Sequence[Mapping[str, Any]]
+Columns: TypeAlias = Mapping[str, Sequence[Any] | np.ndarray[Any, Any]] | Sequence[Mapping[str, Any]]
 """A column of values for each key, or a table of values for each run. Keys as in `Scenario.with_values`, or their last
 part where there is only one such key."""
 
 
-def tables_of(scenario: Scenario, variations: Variations) -> list[dict[str, Any]]:
+def tables_of(scenario: Scenario, variations: Columns) -> list[dict[str, Any]]:
     """The values of each run by dotted key.
 
     Raises:
@@ -43,7 +43,7 @@ def tables_of(scenario: Scenario, variations: Variations) -> list[dict[str, Any]
 
 
 def _is_column(key: str, column: Any) -> bool:
-    if isinstance(column, str) or (np.ndim(column) == 0 and not isinstance(column, Sequence)):
+    if isinstance(column, str) or not hasattr(column, "__len__"):
         raise ScenarioError(
             f"variations: {key} is {column!r}; give a list of values, one a run. What all runs share goes into the "
             "scenario.",
@@ -60,8 +60,9 @@ def varied(scenario: Scenario, values: Mapping[str, Any], index: int) -> Scenari
     """
     try:
         changed = scenario.with_values(values)
-        for section, read in _READERS.items():
-            if any(key.split(".")[0] == section for key in values):
+        touched = {key.split(".")[0] for key in values}
+        for section, read in _READERS:
+            if section in touched:
                 read(changed)
         return changed
     except SofthandError as error:
@@ -69,4 +70,9 @@ def varied(scenario: Scenario, values: Mapping[str, Any], index: int) -> Scenari
         raise ScenarioError(f"run {index} ({told}): {error}", key=next(iter(values), ""), value=values) from error
 
 
-_READERS = {"controller": read_controller, "stepper": read_stepper, "reference": read_reference, "fingertip": read_tip}
+_READERS: tuple[tuple[str, Callable[[Scenario], Any]], ...] = (
+    ("controller", read_controller),
+    ("stepper", read_stepper),
+    ("reference", read_reference),
+    ("fingertip", read_tip),
+)

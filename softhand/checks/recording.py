@@ -13,14 +13,10 @@ from softhand.assembly.probe import recorded_scenario
 from softhand.errors import RecordingError, SofthandError
 from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
+from softhand.recording.sound import ROUNDING, count_of, unsound, when
 from softhand.recording.variables import LABELLED_DIMS, VARIABLES
 from softhand.scenario.scenario import Scenario
 from softhand.version import __version__
-
-ROUNDING = 1e-9
-_POLE = 1e-6  # cosine of Phi at the apex
-_UNBOUND = ("friction_use", "limit_surface_use")
-"""Infinite by right where a tip does not press."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +45,7 @@ class RecordingCheckup(Record):
 
 def check_recording(recording: Recording) -> RecordingCheckup:
     """Look at the arrays of a recording, at its scenario and at its energy ledger."""
-    errors = [*_empty(recording), *_not_numbers(recording), *_time(recording), *_rotations(recording)]
+    errors = [*unsound(recording), *_rotations(recording)]
     rows, warnings = _rows(recording), list(_end(recording))
     missing = [name for name in _expected(recording) if name not in recording.variables]
     if missing:
@@ -102,44 +98,6 @@ def _end(recording: Recording) -> Iterator[str]:
         yield "it lacks the URDF of hand or object, so it is shown with the files that the scenario names now."
 
 
-def _empty(recording: Recording) -> Iterator[str]:
-    if not len(recording):
-        yield "it has no samples."
-
-
-def _not_numbers(recording: Recording) -> Iterator[str]:
-    """NaN and infinities by array and first time.
-
-    By right a use of friction is infinite where a tip does not press, and eta' is no number where it touches with its
-    apex, the pole of theta.
-    """
-    for name, array in recording.variables.items():
-        bad = ~np.isfinite(array)
-        if name in _UNBOUND and "contact_force" in recording.variables:
-            bad &= ~(np.isposinf(array) & ~(recording.contact_force[..., 2] > 0.0))
-        if name == "contact_coordinates_rate" and "contact_angles" in recording.variables:
-            bad &= ~(np.cos(recording.contact_angles[..., 1]) < _POLE)[..., None]
-        if bad.any():
-            samples = np.flatnonzero(bad.reshape(len(array), -1).any(axis=1))
-            kind = "NaN" if np.isnan(array[bad]).any() else "infinity"
-            yield f"{name} is {kind} in {_samples(samples.size)}, first {_when(recording, samples[0])}."
-
-
-def _time(recording: Recording) -> Iterator[str]:
-    time = recording.time
-    if len(time) < 2 or not np.isfinite(time).all():
-        return
-    steps = np.diff(time)
-    if not np.all(steps > 0.0):
-        yield f"time does not rise at sample {int(np.argmin(steps > 0.0)) + 1}."
-        return
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    off = np.abs(steps - step)
-    if np.max(off) > ROUNDING + 1e-6 * step:
-        k = int(np.argmax(off > ROUNDING + 1e-6 * step))
-        yield f"time is not even: {steps[k]:g} s to the sample at {time[k + 1]:g} s, {step:g} s on average."
-
-
 def _rotations(recording: Recording) -> Iterator[str]:
     """R^T R = 1 and det R = 1."""
     if "contact_rotation" not in recording.variables:
@@ -149,7 +107,7 @@ def _rotations(recording: Recording) -> Iterator[str]:
     with np.errstate(invalid="ignore"):
         bad = np.flatnonzero(((off > ROUNDING) | (np.linalg.det(R) < 0.0)).any(axis=1))
     if bad.size:
-        yield f"contact_rotation is no rotation in {_samples(bad.size)}, first {_when(recording, bad[0])}."
+        yield f"contact_rotation is no rotation in {count_of(bad.size)}, first {when(recording, bad[0])}."
 
 
 def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
@@ -172,7 +130,7 @@ def _counts(recording: Recording) -> Iterator[tuple[str, int, str]]:
         text = "never"
         if samples.size:
             first = who[int(np.argmax(holds[samples[0]]))]
-            text = f"{_samples(samples.size)}, first {_when(recording, samples[0])} ({first})"
+            text = f"{count_of(samples.size)}, first {when(recording, samples[0])} ({first})"
         yield name, int(samples.size), text
 
 
@@ -188,11 +146,3 @@ def _energy(recording: Recording) -> str:
     ledger = energy_ledger(recording)
     share = abs(float(ledger.residual[-1])) / max(ledger.exchanged, 1e-300)
     return f"{ledger.residual_name}: {1e3 * ledger.residual[-1]:.3g} mJ, {100.0 * share:.2g} % of the largest account"
-
-
-def _samples(count: int) -> str:
-    return f"{count} sample{'' if count == 1 else 's'}"
-
-
-def _when(recording: Recording, sample: int | np.signedinteger) -> str:
-    return f"at {recording.time[sample]:.4g} s"

@@ -10,13 +10,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from softhand.assembly.build import assemble
-from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup, resolve
+from softhand.checks.target import doubts_of_target
 from softhand.checks.values import list_values
+from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
-from softhand.errors import GraspError
 from softhand.model.shapes.shape import CurvedShape
 from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, slides_of
@@ -29,7 +29,6 @@ from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.observation import Observation
 from softhand.simulation.simulation import Simulation
-from softhand.start.grasp import solve_grasp
 
 _NEAR = 0.9  # of a limit
 _APEX_NEAR = math.radians(80.0)
@@ -83,7 +82,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_joints(simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_table(scenario, world),
-        *_of_target(setup),
+        *doubts_of_target(setup),
+        *_of_loop(setup),
     ]
     start = [
         *_tip_rows(observation, world),
@@ -92,7 +92,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_step_rows(scenario, stepper, frequency),
         *_touch_rows(simulation.plant),
     ]
-    return Checkup(list_values(setup.scenario), start, warnings, frequency)
+    return Checkup(list_values(setup.scenario, slides_of(world)), start, warnings, frequency)
 
 
 def fastest_frequency(plant: Plant, state: State) -> float:
@@ -152,7 +152,11 @@ def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
     for k, name in enumerate(world.joint_names):
         gap = min(angles[k] - lower[k], upper[k] - angles[k])
         if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):
-            yield f"{name}: starts at {angles[k]:.4g}, {gap:.2g} from a limit ({lower[k]:g} to {upper[k]:g})."
+            unit = "m" if slides[k] else "rad"
+            yield (
+                f"{name}: starts at {angles[k]:.4g} {unit}, {gap:.2g} {unit} from a limit "
+                f"({lower[k]:g} to {upper[k]:g} {unit})."
+            )
         torque = abs(simulation.torque[k])
         if torque > _NEAR * limits[k]:
             unit = "N" if slides[k] else "N m"
@@ -180,26 +184,10 @@ def _of_table(scenario: Scenario, world: World) -> Iterator[str]:
         )
 
 
-def _of_target(setup: Setup) -> Iterator[str]:
-    """Whether a tip can get to its contact point where the reference asks for the object.
-
-    By then the contacts have rolled on, a radius or so; so only a point that is further away counts.
-    """
-    world, tips, grasp = setup.world, setup.fingertips, setup.scenario.grasp
-    radius, told = max(tip.law.radius for tip in tips), set()
-    motion = setup.reference.start(read_start(setup.scenario))
-    for time in motion.stops or (setup.scenario.duration,):
-        desired = motion.update(time)
-        position, rpy = np.split(desired.coordinates, 2)
-        force = desired.internal_force
-        if not force.any():
-            continue
-        try:
-            solve_grasp(world, tips, grasp.contact_points, force, position, rotation_of(rpy), grasp.joint_guess)
-        except GraspError as error:
-            if error.quantity == "reach" and error.value > radius and str(error) not in told:
-                told.add(str(error))
-                yield f"reference: at the target, {error}"
+def _of_loop(setup: Setup) -> Iterator[str]:
+    found = growing(setup)
+    if found is not None:
+        yield found.text()
 
 
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softhand.plugins import find_plugin
 from softhand.scenario.fingertip import DampingSection, FingertipSection
 from softhand.scenario.scenario import Scenario
@@ -12,10 +15,24 @@ from softhand.settings.settings import Settings
 from softhand.settings.wording import show, unit_of
 
 
-def list_values(scenario: Scenario) -> list[tuple[str, str, str]]:
-    """Key, value and unit of all settings of a resolved scenario."""
+def list_values(scenario: Scenario, slides: NDArray[np.bool_]) -> list[tuple[str, str, str]]:
+    """Key, value and unit of all settings of a resolved scenario.
+
+    Args:
+        scenario: with the defaults of all plugins written out.
+        slides: which joints of its hand slide, shape (n,); where all do, or none, a unit of joints is that of them.
+    """
     table = scenario.model_dump(exclude_none=True)
-    return list(_flat(table, "", _units(Scenario), _section_units(table)))
+    rows = _flat(table, "", _units(Scenario), _section_units(table))
+    return [(key, value, _unit_of_joints(unit, slides)) for key, value, unit in rows]
+
+
+def _unit_of_joints(unit: str, slides: NDArray[np.bool_]) -> str:
+    """Of "rad or m" and the like, for joints that turn or slide, the one that holds."""
+    hinge, is_either, slide = unit.partition(" or ")
+    if not is_either or (slides.any() and not slides.all()):
+        return unit
+    return slide if slides.all() else hinge
 
 
 def _units(settings: type[Settings]) -> dict[str, str]:

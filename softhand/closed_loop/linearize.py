@@ -57,7 +57,7 @@ def linearize(plant: Plant, state: State, torque: Array) -> LinearModel:
         state: any; the model is that of small motions beside it, and `acceleration` says whether it is at rest.
         torque: held by the joints [N m], shape (n,).
     """
-    nv, n, remembered = len(state.v), len(torque), _remembered(plant)
+    nv, n, remembered = len(state.v), len(torque), is_memory(plant)
     forgetting = np.zeros_like(state.z)
 
     def rates(beside: State) -> Array:
@@ -82,7 +82,7 @@ def linearize(plant: Plant, state: State, torque: Array) -> LinearModel:
 
 def slope(plant: Plant, state: State, function: Callable[[State], Array]) -> Array:
     """Derivatives of a function of the state along each entry of x, by central differences, shape (values, s)."""
-    size = 2 * len(state.v) + np.count_nonzero(_remembered(plant))
+    size = 2 * len(state.v) + np.count_nonzero(is_memory(plant))
     columns = []
     for move in _STEP * np.eye(size):
         ahead, behind = (function(beside(plant, state, way)) for way in (move, -move))
@@ -95,11 +95,11 @@ def beside(plant: Plant, state: State, x: Array) -> State:
     nv, z = len(state.v), state.z.copy()
     plant.update(state.q, x[:nv], state.z)
     z[:, :3] += plant.contacts["deformation_rate"][:, 1:]  # linear in the velocity
-    z[_remembered(plant)] += x[2 * nv :]
+    z[is_memory(plant)] += x[2 * nv :]
     return State(pin.integrate(plant.world.model, state.q, x[:nv]), state.v + x[nv : 2 * nv], z)
 
 
-def _remembered(plant: Plant) -> NDArray[np.bool_]:
+def is_memory(plant: Plant) -> NDArray[np.bool_]:
     """Which numbers of z belong to a relaxation, shape (nc, n_memory); tips may have fewer than others, or none."""
     last = 3 + 4 * np.count_nonzero(plant.pads["relaxation"][:, :, 1], axis=1)
     column = np.arange(plant.n_memory)

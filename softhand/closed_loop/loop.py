@@ -13,6 +13,9 @@ from softhand.closed_loop.linearize import LinearModel, linearize
 from softhand.closed_loop.start import HeldStart
 from softhand.numerics.arrays import Array
 
+ROUNDING = 1e-6
+"""A growth within this of zero is zero [1/s]: some motion stays as it is."""
+
 
 @dataclass(frozen=True, eq=False)
 class Loop:

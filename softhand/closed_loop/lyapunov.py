@@ -15,13 +15,13 @@ moves, tips that are damped, and torques that are held, limited or not compensat
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
+from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.closed_loop.gains import Gains, read_gains
 from softhand.closed_loop.invariant_set import InvariantSeries, examine
 from softhand.closed_loop.storage import Storage, evaluate
@@ -31,6 +31,7 @@ from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
 
 _ROUNDING = 1e-9  # of the largest V
+_MOST = 5000  # samples; two milliseconds each
 _LONGEST = 3  # stretches that are named
 
 TERMS = {
@@ -48,7 +49,8 @@ class Lyapunov(Record):
     """V along a run; all arrays of shape (samples,).
 
     Attributes:
-        time: [s].
+        recorded: samples of the run, of which at most 5000 are taken.
+        time: of those that are taken [s].
         kinetic, spring, deformation: parts of V [J].
         rate: V' by central differences [W].
         dissipation: - q_F'^T K_v q_F', what (70) says V' is [W].
@@ -61,10 +63,12 @@ class Lyapunov(Record):
     """
 
     units: ClassVar = {
-        "time": "s", "kinetic": "J", "spring": "J", "deformation": "J", "value": "J", "rate": "W", "dissipation": "W",
-        "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W", "remainder": "W",
+        "recorded": "1", "time": "s", "kinetic": "J", "spring": "J", "deformation": "J", "value": "J", "rate": "W",
+        "dissipation": "W", "desired": "W", "contact": "W", "damping": "W", "reference": "W", "actuation": "W",
+        "remainder": "W",
     }  # fmt: skip
 
+    recorded: int
     time: Array
     kinetic: Array
     spring: Array
@@ -122,6 +126,8 @@ class Lyapunov(Record):
         ]
         if not known.all():
             rows.append(("V is not defined during", f"{100.0 * np.mean(~known):.3g} % of the run (f_d pulls)"))
+        if len(self.time) < self.recorded:
+            rows.append(("samples", f"{len(self.time)} of {self.recorded}, at equal distances"))
         rows.append(("smallest singular value of L", f"{self.invariant.smallest.min():.4g} (SI)"))
         rows.append(("largest share of the contact stiffness", f"{self.invariant.use.max():.3g}  (L is singular at 1)"))
         return rows
@@ -145,9 +151,11 @@ class Lyapunov(Record):
 def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], None] | None = None) -> Lyapunov:
     """V of Theorem 1 and its rate along a run, and L of (60).
 
+    Of a long run every second, third, ... sample is taken, so that there are at most 5000.
+
     Args:
         recording: of a run with the controller `regulation`, at least three samples.
-        every: samples between two at which L is examined.
+        every: samples taken between two at which L is examined.
         progress: called now and then with the number of samples done.
 
     Raises:
@@ -157,9 +165,14 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
     """
     if len(recording) < 3:
         raise RecordingError("The recording is too short: V needs at least three samples.", file=None)
+    recorded = len(recording)
+    stride = -(-recorded // _MOST)
+    if stride > 1:
+        recording = replace(recording, variables={name: array[::stride] for name, array in recording.variables.items()})
     scenario = recorded_scenario(recording)
     probe = Probe.of_scenario(scenario)
     probe.require_polar()
+    check_states(probe.plant, recording, "joint_torque", "internal_force")
     gains = read_gains(scenario, probe.plant.world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []
     torques, examined = np.empty_like(recording.joint_torque), []
@@ -172,13 +185,13 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
         if k % every == 0:
             examined.append(examine(probe, observation, gains.spring(observation)))
         if progress is not None and k % 20 == 0:
-            progress(float(k))
+            progress(float(k * stride))
     smallest, use = (np.array([getattr(one, name) for one in examined]) for name in ("smallest", "use"))
-    return _along(recording, gains, parts, torques, InvariantSeries(recording.time[::every], smallest, use))
+    return _along(recording, recorded, gains, parts, torques, InvariantSeries(recording.time[::every], smallest, use))
 
 
 def _along(
-    recording: Recording, gains: Gains, parts: list[Storage], torques: Array, invariant: InvariantSeries
+    recording: Recording, recorded: int, gains: Gains, parts: list[Storage], torques: Array, invariant: InvariantSeries
 ) -> Lyapunov:
     time = recording.time
     f_d = np.array([part.desired_force for part in parts])
@@ -188,6 +201,7 @@ def _along(
     excess = applied - torques
     excess[-1] = 0.0
     return Lyapunov(
+        recorded=recorded,
         time=time,
         kinetic=np.array([part.kinetic_hand + part.kinetic_object for part in parts]),
         spring=np.array([part.spring for part in parts]),

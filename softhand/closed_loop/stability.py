@@ -1,35 +1,36 @@
-"""Whether a controller holds the start of a scenario: how fast small motions grow there."""
+"""Whether a controller holds the start of a scenario, or the end of a run: how fast small motions grow there."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from softhand.closed_loop.gain_loop import close_gain_loop
 from softhand.closed_loop.linearize import LinearModel
-from softhand.closed_loop.loop import close_loop
+from softhand.closed_loop.loop import ROUNDING, close_loop
 from softhand.closed_loop.scan import Scan, scan
-from softhand.closed_loop.start import HeldStart, held_start
+from softhand.closed_loop.start import HeldStart, held_end, held_start
 from softhand.controllers.regulation import Regulation
 from softhand.errors import GraspError
 from softhand.numerics.record import Record
+from softhand.plugins import plugin_name
+from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario
 
 STIFFNESS = np.geomspace(0.3, 30.0, 41)
 GAIN = np.geomspace(0.1, 100.0, 61)
 """Factors of the scan on the coefficients of the tips and on K_O."""
 
-_ROUNDING = 1e-6  # [1/s] of a growth that is zero
 _AT_REST = 1e-6  # [m/s^2 or rad/s^2]
 
 
 @dataclass(frozen=True, eq=False)
 class Stability(Record):
-    """The closed loop about the start of a scenario, which is asked to stay there.
+    """The closed loop about the start of a scenario, or the end of a run, which is asked to stay there.
 
     Attributes:
         controller: name in the scenario.
@@ -40,9 +41,10 @@ class Stability(Record):
         use: share of the contact stiffness that K_O takes, see `InvariantSet`; NaN but for `regulation`.
         model: the plant without its controller.
         scan: growth over the stiffness of the tips and K_O; None but for `regulation`, or if not asked for.
+        time: of the sample of a run [s]; 0 for the start.
     """
 
-    units: ClassVar = {"period": "s", "growth": "1/s", "held_growth": "1/s", "use": "1"}
+    units: ClassVar = {"time": "s", "period": "s", "growth": "1/s", "held_growth": "1/s", "use": "1"}
 
     controller: str
     period: float
@@ -51,10 +53,11 @@ class Stability(Record):
     use: float
     model: LinearModel
     scan: Scan | None
+    time: float = 0.0
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""
-        rows = []
+        rows = [("about", f"the sample at t = {self.time:g} s" if self.time else "the start")]
         if not math.isnan(self.use):
             rows.append(("share of the contact stiffness that K_O takes", f"{self.use:.3g}"))
             rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}"))
@@ -68,49 +71,54 @@ class Stability(Record):
         return rows
 
 
-def stability(scenario: Scenario, with_scan: bool = True, progress: Callable[[float], None] | None = None) -> Stability:
-    """How fast small motions about the start of a scenario grow or die out under its controller.
+def stability(
+    scenario: Scenario | Recording, with_scan: bool = True, progress: Callable[[float], None] | None = None
+) -> Stability:
+    """How fast small motions grow or die out under a controller, about the start of a scenario or the end of a run.
 
-    The plant is linear about the start (`linearize`), the controller is differenced through the observation that it is
+    The plant is linear about that state (`linearize`), the controller is differenced through the observation that it is
     handed and its memory (`differentiate`). The contacts roll; effort limits and large motions are not seen.
 
     Args:
-        scenario: whose start is held; with `regulation` not one with open fingers.
-        with_scan: whether K_O of `regulation` is scanned against the stiffness of the tips.
+        scenario: whose start is held, with `regulation` not one with open fingers; or a recording, whose quietest
+            sample is held since the reference stands still, the last one if it never does.
+        with_scan: whether K_O of `regulation` is scanned against the stiffness of the tips; about a start only.
         progress: called with the share of the scan done.
 
     Raises:
         GraspError: there is no start at rest, or `regulation` has open fingers.
         LawError: the scan has no law whose coefficients scale its force.
+        RecordingError: the recording is empty, or its scenario cannot be read.
     """
+    if isinstance(scenario, Recording):
+        return _about(held_end(scenario))
     start = held_start(scenario)
-    if not isinstance(start.controller, Regulation):
-        loop = close_loop(start)
-        return _found(start, scenario, (loop.growth(), loop.held_growth(start.period), math.nan), loop.model, None)
-    if scenario.grasp.opening:
+    if scenario.grasp.opening and isinstance(start.controller, Regulation):
         raise GraspError(
             "the fingers start open: there is no grasp to linearize; set grasp.opening = 0 and grasp.internal_force.",
             finger="", quantity="opening", value=scenario.grasp.opening,
         )  # fmt: skip
+    found = _about(start)
+    if not (with_scan and isinstance(start.controller, Regulation)):
+        return found
+    report = (lambda done: progress(done / len(STIFFNESS))) if progress else None
+    return replace(found, scan=scan(scenario, STIFFNESS.tolist(), GAIN.tolist(), report))
+
+
+def _about(start: HeldStart) -> Stability:
+    name, period = plugin_name("controllers", type(start.controller)), start.period
+    if not isinstance(start.controller, Regulation):
+        loop = close_loop(start)
+        growth, held = loop.growth(), loop.held_growth(period)
+        return Stability(name, period, growth, held, math.nan, loop.model, None, start.time)
     gains = close_gain_loop(start)
-    held = float(gains.held_growth([gains.K_O], start.period)[0])
-    swept = None
-    if with_scan:
-        report = (lambda done: progress(done / len(STIFFNESS))) if progress else None
-        swept = scan(scenario, STIFFNESS.tolist(), GAIN.tolist(), report)
-    return _found(start, scenario, (gains.growth(gains.K_O), held, gains.use), gains.model, swept)
-
-
-def _found(
-    start: HeldStart, scenario: Scenario, figures: tuple[float, float, float], model: LinearModel, swept: Scan | None
-) -> Stability:
-    growth, held, use = figures
-    return Stability(scenario.controller.name, start.period, growth, held, use, model, swept)
+    held = float(gains.held_growth([gains.K_O], period)[0])
+    return Stability(name, period, gains.growth(gains.K_O), held, gains.use, gains.model, None, start.time)
 
 
 def _growth(rate: float) -> str:
     if math.isnan(rate):
         return "not defined: the torque depends on earlier samples"
-    if abs(rate) < _ROUNDING:
+    if abs(rate) < ROUNDING:
         return "none  (some motion stays as it is)"
     return f"{rate:+.3g} 1/s" + ("  (all motions die out)" if rate < 0.0 else "  (unstable)")

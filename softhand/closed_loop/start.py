@@ -1,37 +1,46 @@
-"""The start of a scenario, which is asked to stay there."""
+"""Where a loop is looked at: a pose of plant and controller that the reference stays at."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from softhand.assembly.parts import read_controller, read_start
 from softhand.assembly.plant import read_grasp, read_supports, read_world
-from softhand.assembly.probe import Probe
+from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
+from softhand.assembly.resolve import Setup, resolve
+from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
+from softhand.errors import RecordingError
 from softhand.laws.law import Law
 from softhand.model.world import World
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
-from softhand.references.reference import resting
+from softhand.recording.recording import Recording
+from softhand.references.goal import Desired, Goal
+from softhand.references.reference import Motion, resting
 from softhand.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
 class HeldStart:
-    """A start at rest whose reference stays there.
+    """A state whose reference stays there.
 
     Attributes:
         probe: of its plant, supports included.
-        state: of the start.
+        state: about which small motions are looked at.
         controller: of the scenario.
         period: for which a torque is held [s].
+        time: in the run [s].
     """
 
     probe: Probe
     state: State
     controller: Controller
     period: float
+    time: float = 0.0
 
 
 def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, world: World | None = None) -> HeldStart:
@@ -50,3 +59,70 @@ def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, worl
     plant = Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
     probe = Probe(plant, resting(read_start(scenario)))
     return HeldStart(probe, plant.with_supports(grasp.state), controller, controller.period or scenario.control_period)
+
+
+def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldStart:
+    """A state of a run, asked to stay at a goal; the controller is a copy, which the run does not share.
+
+    Args:
+        setup: what the run is made of.
+        goal: what is asked for there.
+        state: memories of supports included, or without them, as a grasp has it.
+        time: when that is [s].
+    """
+    plant, controller = Plant(setup.world, setup.fingertips, setup.supports), setup.controller.model_copy()
+    period = controller.period or setup.scenario.control_period
+    return HeldStart(Probe(plant, resting(goal)), plant.with_supports(state), controller, period, time)
+
+
+def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:
+    """Where a run came to rest: its quietest sample since the reference stands still, or its last one if it moves.
+
+    What relaxing dampings remember is taken as relaxed; the controller begins there anew.
+
+    Args:
+        recording: with at least one sample.
+        setup: of its scenario, if that is known.
+
+    Raises:
+        RecordingError: it is empty, or its scenario cannot be read.
+    """
+    if not len(recording):
+        raise RecordingError("the recording has no samples, and so no end.", file=None)
+    setup = setup or resolve(recorded_scenario(recording))
+    motion = setup.reference.start(read_start(setup.scenario))
+    begin, k = resting_since(motion, recording.stop_time), len(recording) - 1
+    if begin is not None:
+        speed = np.max(np.abs(recording.joint_velocity), axis=1)
+        k = int(np.argmin(np.where(recording.time >= begin, speed, np.inf)))
+    time = float(recording.time[k])
+    state = recorded_state(Plant(setup.world, setup.fingertips, setup.supports), recording, k)
+    held = held_at(setup, goal_of(motion.update(time)), state, time)
+    _relax(held.probe.plant, held.state)
+    return held
+
+
+def goal_of(desired: Desired) -> Goal:
+    """What is asked for at one time, as plain values."""
+    return Goal(desired.coordinates, desired.internal_force, float(desired.opening[0]), float(desired.carried[0]))
+
+
+def resting_since(motion: Motion, time: float) -> float | None:
+    """Since when a reference has asked for what it asks for at a time [s]; None if it comes from elsewhere just then.
+
+    References that do not know where they rest count as moving.
+    """
+    now, since = goal_of(motion.update(time)).row(), None
+    for begin in sorted((0.0, *motion.stops), reverse=True):
+        if motion.stops and begin < time:
+            if not np.array_equal(goal_of(motion.update(begin)).row(), now):
+                break
+            since = begin
+    return since
+
+
+def _relax(plant: Plant, state: State) -> None:
+    plant.update(state.q, state.v, state.z)
+    which = is_memory(plant)
+    force = np.tile(plant.contacts["deformation_force"], -(-plant.n_memory // 4) + 1)
+    state.z[which] = np.roll(force, 3, axis=1)[:, : plant.n_memory][which]

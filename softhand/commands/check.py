@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Plugins, Quiet, Set, console, escape, print_table, say_compiling
+from softhand.commands.console import Plugins, Quiet, Set, print_table, say, say_compiling
 from softhand.errors import ScenarioError
 
 
@@ -41,9 +41,8 @@ def check(
             print_table(title, rows)
         about = f"{target}: " if ending == ".nc" else ""
         for warning in found.warnings:
-            console().print(f"[yellow]warning:[/] {escape(about + warning)}", highlight=False, soft_wrap=True)
+            say(about + warning, "warning")
     found.raise_errors(target)
     if not quiet:
         count = len(found.warnings)
-        text = f"{target}: no errors, {count} warning{'' if count == 1 else 's'}"
-        console().print(escape(text), highlight=False, soft_wrap=True)
+        say(f"{target}: no errors, {count} warning{'' if count == 1 else 's'}")

@@ -13,11 +13,13 @@ from softhand.commands.console import (
     Plugins,
     Quiet,
     Set,
+    check_folder,
     console,
-    escape,
     make_folder,
     new_folder,
+    plain,
     progress,
+    say,
     say_compiling,
     write_text,
 )
@@ -44,7 +46,7 @@ def compare(
     changes: Set = [],  # noqa: B006
     duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
     out: Out = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run in.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes to run in.")] = 1,
     plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
@@ -53,11 +55,13 @@ def compare(
     What is not named is that of the scenario. Where neither is, the paper's line of work is run: controllers under the
     law of the scenario, then other laws under its controller.
     """
+    check_folder(out)
     say_compiling(quiet)
     from softhand.errors import SimulationStopped
     from softhand.plots.style import save_figure
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario
+    from softhand.simulation.interrupts import interrupts_held
     from softhand.studies.compare import compare as run
     from softhand.studies.compare import draw, pairs, split_choices, to_csv
 
@@ -73,8 +77,9 @@ def compare(
     title = task.description or "softhand comparison"
 
     def save(rows: list[Row]) -> None:
-        write_text(folder / "comparison.csv", to_csv(rows))
-        save_figure(draw(rows, title), folder / "comparison.png")
+        with interrupts_held():
+            write_text(folder / "comparison.csv", to_csv(rows))
+            save_figure(draw(rows, title), folder / "comparison.png")
 
     try:
         with progress("comparing", float(len(pairs(task, laws, controllers))), quiet) as report:
@@ -89,7 +94,7 @@ def compare(
     save(rows)
     if not quiet:
         _print_rows(rows)
-        console().print(f"wrote comparison.png, comparison.csv in {folder}/", highlight=False)
+        say(f"wrote comparison.png, comparison.csv in {folder}/")
     if not any(row.performance for row in rows):
         raise typer.Exit(1)
 
@@ -97,16 +102,16 @@ def compare(
 def _print_rows(rows: list[Row]) -> None:
     from rich.table import Table
 
-    from softhand.studies.compare import CAPTION, COLUMNS, labels
+    from softhand.studies.compare import CAPTION, headings, labels
 
     table = Table(box=None, padding=(0, 1, 0, 0), caption=f"\n{CAPTION}", caption_justify="left", caption_style="dim")
     table.add_column("run", overflow="fold", min_width=18)
-    for name in COLUMNS:
-        table.add_column(escape(name), justify="right", no_wrap=True)
+    for name in headings(rows):
+        table.add_column(plain(name), justify="right", no_wrap=True)
     names = labels(rows)
     for name, row in zip(names, rows, strict=True):
-        table.add_row(escape(name), *row.cells())
+        table.add_row(plain(name), *map(plain, row.cells()))
     console().print(table)
     for name, row in zip(names, rows, strict=True):
         if row.outcome:
-            console().print(f"[yellow]{escape(name)}[/] {escape(row.outcome)}", highlight=False)
+            say(f"{name}: {row.outcome}", "note")

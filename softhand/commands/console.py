@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import os
+import unicodedata
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,25 +47,40 @@ Plugins = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 
-def console() -> Any:
-    """Where results are printed."""
+_STYLES = {"error": "bold red", "warning": "yellow", "note": "yellow"}
+
+
+def console(error: bool = False) -> Any:
+    """Where results are printed, or where everything else is. No text has a meaning to it: no markup, no emoji."""
     from rich.console import Console
 
-    return Console()
+    return Console(stderr=error, markup=False, emoji=False, highlight=False)
 
 
-def error_console() -> Any:
-    """Where everything else is printed."""
-    from rich.console import Console
+def plain(text: object) -> Any:
+    r"""Text of anybody for the console: what a terminal would obey or hide is shown as \x1b and the like."""
+    from rich.text import Text
 
-    return Console(stderr=True)
+    return Text("".join(map(_visible, str(text))))
 
 
-def escape(text: str) -> str:
-    """Text without meaning to rich."""
-    from rich.markup import escape
+def _visible(letter: str) -> str:
+    is_hidden = unicodedata.category(letter) in ("Cc", "Cf", "Cs") and letter not in "\n\t"
+    return letter.encode("unicode_escape").decode() if is_hidden else letter
 
-    return escape(text)
+
+def say(text: str, mark: str = "", error: bool = False) -> None:
+    """Print a line, whatever is in it.
+
+    Args:
+        text: of anybody; it is not broken, so that a path in it can be copied.
+        mark: `error`, `warning` or `note`, put before it.
+        error: print it where no results are printed.
+    """
+    from rich.text import Text
+
+    line = Text.assemble((f"{mark}:", _STYLES[mark]), " ", plain(text)) if mark else plain(text)
+    console(error).print(line, soft_wrap=True)
 
 
 def say_compiling(quiet: bool) -> None:
@@ -71,15 +88,14 @@ def say_compiling(quiet: bool) -> None:
     from softhand.numerics.compiled import is_first_run
 
     if not quiet and is_first_run():
-        error_console().print("First run: compiling the contact kernels, once, for some seconds ...", highlight=False)
+        say("First run: compiling the contact kernels, once, for some seconds ...", error=True)
 
 
 def note_incomplete(*recordings: Recording) -> None:
     """Say of each recording that ended early how far it goes."""
     for run in recordings:
         if not run.complete:
-            note = f"[yellow]note:[/] incomplete recording, goes to {run.stop_time:g} s: {escape(run.reason)}"
-            console().print(note, highlight=False, soft_wrap=True)
+            say(f"incomplete recording, goes to {run.stop_time:g} s: {run.reason}", "note")
 
 
 @contextmanager
@@ -91,7 +107,7 @@ def progress(what: str, total: float, quiet: bool) -> Iterator[Progress | None]:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=error_console(), transient=True)
+    bar = Progress(*columns, console=console(error=True), transient=True)
     task = bar.add_task(what, total=total)
 
     def report(done: float) -> None:
@@ -118,8 +134,8 @@ def print_table(title: str, rows: Sequence[tuple[str, ...]]) -> None:
         longest = max(len(word) for row in rows for word in row[k].split() or [""])
         table.add_column(overflow="fold", min_width=min(longest, _WORD) if k == 0 else None)
     for row in rows:
-        table.add_row(*map(escape, row))
-    console().print(f"[bold]{escape(title)}[/]", highlight=False, soft_wrap=True)
+        table.add_row(*map(plain, row))
+    console().print(plain(title), style="bold", soft_wrap=True)
     console().print(table)
 
 
@@ -133,7 +149,7 @@ def print_events(events: list[Event]) -> None:
     rows = [(f"{event.time:.4g} s", event.kind, event.finger, event.text) for event in events[:_MOST_EVENTS]]
     print_table("events", rows)
     if len(events) > _MOST_EVENTS:
-        console().print(f"and {len(events) - _MOST_EVENTS} more; all are in run.nc", highlight=False)
+        say(f"and {len(events) - _MOST_EVENTS} more; all are in run.nc")
 
 
 def new_folder(name: str) -> Path:
@@ -162,8 +178,37 @@ def check_figure(file: Path) -> None:
     from softhand.plots.style import figure_format
 
     figure_format(file)
+    check_file(file)
+
+
+def figure_beside(recording: Path, name: str, out: Path | None) -> Path:
+    """The figure to write: that of --out, or one beside the recording; refused as by `check_figure`."""
+    target = out or recording.parent / name
+    if out is not None or recording.exists():  # one that is missing is told when it is read
+        check_figure(target)
+    return target
+
+
+def check_file(file: Path) -> None:
+    """Refuse, before the work, a file that could not be written after it."""
+    from softhand.recording.whole_file import check_place
+
     if not file.absolute().parent.is_dir():
         raise SofthandError(f"{file}: there is no folder {file.parent}; make it or choose another with --out.")
+    check_place(file)
+
+
+def check_folder(out: Path | None) -> None:
+    """Refuse, before the work, a folder of results that could not be made or written to; runs/ if not given."""
+    folder = out or Path("runs")
+    try:
+        there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+        why = "" if there.is_dir() else f"{there} is no folder"
+        why = why or ("" if os.access(there, os.W_OK | os.X_OK) else f"nothing can be written into {there}")
+    except OSError as error:
+        why = error.strerror or str(error)
+    if why:
+        raise SofthandError(f"{folder}: cannot make this folder: {why}; choose another with --out.")
 
 
 def make_folder(folder: Path) -> None:
@@ -176,11 +221,23 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
+def remove_old(folder: Path, *names: str) -> None:
+    """Remove results of an older run, beside which those of a new one would be taken for theirs.
+
+    Raises:
+        SofthandError: one cannot be removed.
+    """
+    for name in names:
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise SofthandError(
+                f"{folder / name}: cannot be replaced: {error.strerror}; choose another folder with --out."
+            ) from error
+
+
 def write_text(file: Path, text: str) -> None:
-    """Write a text; SofthandError if that cannot be."""
-    try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SofthandError(
-            f"{file}: cannot be written: {error.strerror}; choose another folder with --out."
-        ) from error
+    """Write a text, whole or not at all; RecordingError if that cannot be."""
+    from softhand.recording.whole_file import write_whole
+
+    write_whole(file, lambda: text.encode())

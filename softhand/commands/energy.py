@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, print_table, say_compiling
+from softhand.commands.console import Quiet, figure_beside, print_table, say, say_compiling
+from softhand.commands.runs import load_run
 
 _POINTS = 201
 
@@ -23,6 +24,7 @@ def energy(
     quiet: Quiet = False,
 ) -> None:
     """Draw the energy ledger of a run: work of the joints, kinetic, height, tips, damping, slip, and what is left."""
+    target = figure_beside(recording, "energy.png", out)
     say_compiling(quiet)
     import numpy as np
 
@@ -30,13 +32,11 @@ def energy(
     from softhand.plots.energy import draw_energy
     from softhand.plots.style import save_figure
     from softhand.recording.recorded import scenario_of
-    from softhand.recording.recording import Recording
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
     ledger = energy_ledger(run, samples=samples)
-    target = out or recording.parent / "energy.png"
     save_figure(draw_energy(ledger, scenario_of(run).title), target)
     if not quiet:
         print_table(f"{recording}", ledger.rows())
-        console().print(f"wrote {target}", highlight=False)
+        say(f"wrote {target}")

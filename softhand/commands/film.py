@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, note_incomplete, progress
+from softhand.commands.console import Quiet, check_file, note_incomplete, progress, say
+from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
 
@@ -22,17 +23,17 @@ def film(
     quiet: Quiet = False,
 ) -> None:
     """Make a film of a recording; needs Chromium, and ffmpeg for .mp4."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.report.film import write_film
 
     pixels = _pixels(size)
-    run = Recording.load(recording)
+    check_file(out)
+    run = load_run(recording)
     if not quiet:
         note_incomplete(run)
     with progress("filming", 1.0, quiet) as tell:
         write_film(run, out, fps, pixels, speed, tell or (lambda done: None))
     if not quiet:
-        console().print(f"wrote {out}", highlight=False)
+        say(f"wrote {out}")
 
 
 def _pixels(size: str) -> tuple[int, int]:

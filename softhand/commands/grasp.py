@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Plugins, Quiet, Set, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Plugins, Quiet, Set, check_figure, print_table, progress, say, say_compiling
+from softhand.errors import GraspError
 
 if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposals
+    from softhand.scenario.scenario import Scenario
 
 
 @app.command(epilog="Example: softhand grasp target-a --set object.mass=0.3; softhand grasp my.toml --place --propose")
@@ -32,6 +34,7 @@ def grasp(
 ) -> None:
     """Show the grasp at the start: reach, friction, force closure, least internal force; or propose others.
 
+    With --propose the scenario needs no contact points and no internal forces.
     Exit code 1 where there is no grasp at rest; what is known of it is shown all the same.
     """
     check_figure(out)
@@ -41,18 +44,14 @@ def grasp(
     from softhand.plots.style import save_figure
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario
+    from softhand.scenario.ungrasped import without_grasp
 
     name = Path(scenario).stem
-    chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
+    values = dict(parse_override(change) for change in changes)
+    stand_ins = without_grasp(scenario, values) if propose else {}
+    chosen = load_scenario(scenario, {**values, **stand_ins})
     if place:
-        from softhand.grasping.placement import place_object
-
-        with progress("placing the object", 1.0, quiet) as report:
-            placement = place_object(chosen, progress=report)
-        chosen = placement.scenario
-        if not quiet:
-            for key, value in placement.rows():
-                console().print(f"{key} = {value}", highlight=False, markup=False)
+        chosen = _placed(chosen, not stand_ins, propose, quiet)
     if propose:
         from softhand.grasping.proposals import propose_grasps
 
@@ -68,13 +67,31 @@ def grasp(
         print_table("the grasp as a whole", quality.rows())
     save_figure(draw_grasp(quality, title), out)
     if not quiet:
-        console().print(f"wrote {out}", highlight=False)
+        say(f"wrote {out}")
     if quality.refusal is not None:
         raise quality.refusal
+
+
+def _placed(scenario: Scenario, has_points: bool, propose: bool, quiet: bool) -> Scenario:
+    """The object where its grasp has most room; where other points are looked for, else where all fingers reach it."""
+    from softhand.grasping.placement import place_object
+    from softhand.grasping.reaching import place_in_reach
+
+    with progress("placing the object", 1.0, quiet) as report:
+        try:
+            placement = place_object(scenario, progress=report) if has_points else None
+        except GraspError:
+            if not propose:
+                raise
+            placement = None
+        found = placement or place_in_reach(scenario, report)
+    if not quiet:
+        for key, value in found.rows():
+            say(f"{key} = {value}")
+    return found.scenario
 
 
 def _print_proposals(proposals: Proposals) -> None:
     print_table("proposals, best first", proposals.rows())
     for k, proposal in enumerate(proposals, start=1):
-        console().print(f"# proposal {k}", highlight=False)
-        console().print(proposal.section(), highlight=False, markup=False, soft_wrap=True)
+        say(f"# proposal {k}\n{proposal.section()}")

@@ -13,11 +13,13 @@ from softhand.commands.console import (
     Out,
     Plugins,
     Quiet,
+    check_folder,
     console,
-    escape,
     make_folder,
     new_folder,
+    plain,
     progress,
+    say,
     write_text,
 )
 from softhand.errors import MeasurementError
@@ -51,6 +53,7 @@ def identify(
     Columns: phi, dr, dtheta, dphi, dpsi and what was measured of Fr, Ftheta, Fphi, Fpsi, each with its unit in square
     brackets, such as "dr \[mm],phi \[deg],Fr \[N]".
     """
+    check_folder(out)
     from softhand.identification.identify import identify
     from softhand.identification.record import EXAMPLE
     from softhand.plots.identification import draw_fit
@@ -77,7 +80,7 @@ def identify(
     if not quiet:
         _print(found)
         files = f"fit.png, fingertip.toml{', example.csv' * example}"
-        console().print(f"wrote {files} in {escape(str(folder))}/", highlight=False)
+        say(f"wrote {files} in {folder}/")
 
 
 def _read_fixed(texts: list[str]) -> dict[str, float]:
@@ -86,7 +89,9 @@ def _read_fixed(texts: list[str]) -> dict[str, float]:
         name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
             raise MeasurementError(
-                f"--fix {text[:60]}: must have the form NAME=VALUE, such as k_r=3.77e5.", column=name, value=value
+                f"--fix {text[:60]}: must have the form NAME=VALUE, such as {name[:60] or 'k_r'}=3.77e5.",
+                column=name,
+                value=value,
             )
         try:
             fixed[name] = float(value)
@@ -106,28 +111,24 @@ def _print(found: Identification) -> None:
                 ("", "value", f"{level} from", "to", "unit", ""), found.rows())  # fmt: skip
     _print_rows("standard deviations", ("", "of residuals", "of repeats", "unit"), found.scatter_rows())
     for finding in found.findings:
-        _say("warning" if finding.is_warning else "note", finding.text)
+        say(finding.text, "warning" if finding.is_warning else "note")
     if found.scores:
         header = ("law", "fitted", "all", "Fr\n[N]", "Ftheta\n[N mm]", "Fphi\n[N mm]", "Fpsi\n[N mm]")
         _print_rows("errors at settings that were not fitted (rms)", header, found.score_rows())
     for score in found.scores:
         if score.failure:
-            _say("note", f"{score.name} is left out: {score.failure}")
+            say(f"{score.name} is left out: {score.failure}", "note")
     if found.not_compared:
-        _say("note", found.not_compared)
-
-
-def _say(what: str, text: str) -> None:
-    console().print(f"[yellow]{what}:[/] {escape(text)}", highlight=False)
+        say(found.not_compared, "note")
 
 
 def _print_rows(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
     from rich import box
     from rich.table import Table
 
-    table = Table(title=escape(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    table = Table(title=plain(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     for k, name in enumerate(header):
-        table.add_column(escape(name), no_wrap=k + 1 < len(header) or bool(name))
+        table.add_column(plain(name), no_wrap=k + 1 < len(header) or bool(name))
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*map(plain, row))
     console().print(table)

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Quiet, figure_beside, print_table, progress, say, say_compiling
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand lyapunov runs/target-a/run.nc")
@@ -21,21 +22,19 @@ def lyapunov(
     quiet: Quiet = False,
 ) -> None:
     """Evaluate V of Theorem 1 along a run: its rate against the paper's (70), where it rises, and L of (60)."""
-    target = out or recording.parent / "lyapunov.png"
-    check_figure(target)
+    target = figure_beside(recording, "lyapunov.png", out)
     say_compiling(quiet)
     from softhand.closed_loop.lyapunov import lyapunov as find_lyapunov
     from softhand.plots.lyapunov import draw_lyapunov
     from softhand.plots.style import save_figure
     from softhand.recording.recorded import scenario_of
-    from softhand.recording.recording import Recording
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     with progress("evaluating V and L", float(len(run)), quiet) as report:
         found = find_lyapunov(run, progress=report)
     save_figure(draw_lyapunov(found, found.invariant, scenario_of(run).title), target)
     if not quiet:
         print_table(f"{recording}", found.rows())
         for note in found.notes():
-            console().print(f"[yellow]note:[/] {note}", highlight=False)
-        console().print(f"wrote {target}", highlight=False)
+            say(note, "note")
+        say(f"wrote {target}")

@@ -32,10 +32,13 @@ from softhand.commands import (  # noqa: F401  each adds its command
     workspace,
 )
 from softhand.commands.app import app
-from softhand.commands.console import error_console, escape
+from softhand.commands.console import say
+from softhand.commands.streams import finish_output, give_up, prepare_streams
+from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
+_LONGEST = 2000  # letters of a line
 
 
 def main() -> None:
@@ -44,18 +47,38 @@ def main() -> None:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.default_int_handler)
     warnings.showwarning = _show_warning  # type: ignore[assignment]
+    prepare_streams()
     try:
-        app()
+        check_surroundings()
+        try:
+            app()
+        finally:
+            finish_output()
     except SofthandError as error:
-        error_console().print(f"[bold red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+        _say_error(str(error))
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
+    except (MemoryError, ImportError, OSError) as error:
+        _say_error(explain(error))
+        sys.exit(1)
     except (KeyboardInterrupt, SystemExit) as end:  # typer makes an exit with this code of Ctrl-C
         if isinstance(end, SystemExit) and end.code != INTERRUPTED:
             raise
-        error_console().print("interrupted", highlight=False)
+        say("interrupted", error=True)
         sys.exit(INTERRUPTED)
+
+
+def _cut(line: str) -> str:
+    """A line of an error at a length that can be read: names in files of strangers are as long as they like."""
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ... ({len(line)} letters)"
+
+
+def _say_error(text: str) -> None:
+    try:
+        say("\n".join(map(_cut, text.splitlines())), "error", error=True)
+    except OSError:  # nobody can be told; the exit code says it
+        give_up(sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
     """Warnings in plain words, without the line of code that they come from."""
-    error_console().print(f"[yellow]note:[/] {escape(str(message))}", highlight=False, soft_wrap=True)
+    say(str(message), "note", error=True)

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import console, note_incomplete
+from softhand.commands.console import figure_beside, note_incomplete, say
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand plot runs/target-a/run.nc --out grasp.pdf")
@@ -20,12 +21,11 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the figure of a recording."""
+    target = figure_beside(recording, "figure.png", out)
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
-    from softhand.recording.recording import Recording
 
-    target = out or recording.parent / "figure.png"
-    run = Recording.load(recording)
+    run = load_run(recording)
     note_incomplete(run)
     save_figure(draw_run(run), target)
-    console().print(f"wrote {target}", highlight=False)
+    say(f"wrote {target}")

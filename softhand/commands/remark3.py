@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Set, console
+from softhand.commands.console import Set, check_figure, say
 
 
 @app.command(epilog="Example: softhand remark3 target-a --out angle.pdf")
@@ -20,6 +20,7 @@ def remark3(
     out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("remark3.png"),
 ) -> None:
     """Draw the force along the finger's axis against the tilt, beside the radial model (Remark 3 of the paper)."""
+    check_figure(out)
     from softhand.assembly.parts import read_law
     from softhand.plots.angle_force import draw_angle_force
     from softhand.plots.style import save_figure
@@ -28,4 +29,4 @@ def remark3(
 
     chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
     save_figure(draw_angle_force(read_law(chosen)), out)
-    console().print(f"wrote {out}", highlight=False)
+    say(f"wrote {out}")

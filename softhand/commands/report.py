@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, note_incomplete, progress
+from softhand.commands.console import Quiet, check_file, note_incomplete, progress, say
+from softhand.commands.runs import load_run
 
 
 @app.command(epilog="Example: softhand report runs/target-a/run.nc runs/target-b/run.nc --out both.html")
@@ -20,14 +21,15 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Make one HTML file with the 3-D film, curves and numbers; it works offline."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.report.report import write_report
 
-    runs = [Recording.load(recording) for recording in recordings]
     target = out or recordings[0].parent / "report.html"
+    if out is not None or recordings[0].exists():  # one that is missing is told when it is read
+        check_file(target)
+    runs = [load_run(recording) for recording in recordings]
     if not quiet:
         note_incomplete(*runs)
     with progress("making the report", 1.0, quiet) as tell:
         write_report(target, *runs, progress=tell or (lambda done: None))
     if not quiet:
-        console().print(f"wrote {target}", highlight=False)
+        say(f"wrote {target}")

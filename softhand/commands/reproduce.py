@@ -5,7 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softhand.commands.app import app
-from softhand.commands.console import Out, Quiet, console, escape, make_folder, new_folder, progress, say_compiling
+from softhand.commands.console import (
+    Out,
+    Quiet,
+    check_folder,
+    console,
+    make_folder,
+    new_folder,
+    plain,
+    progress,
+    say,
+    say_compiling,
+)
 
 if TYPE_CHECKING:
     from softhand.studies.reproduce import Reproduction
@@ -14,6 +25,7 @@ if TYPE_CHECKING:
 @app.command(epilog="Example: softhand reproduce --out paper")
 def reproduce(out: Out = None, quiet: Quiet = False) -> None:
     """Make the paper's simulation figure anew: targets A and B, with and without torsion compensation."""
+    check_folder(out)
     say_compiling(quiet)
     from softhand.plots.style import save_figure
     from softhand.studies.reproduce import RUNS, draw, reproduce
@@ -26,7 +38,7 @@ def reproduce(out: Out = None, quiet: Quiet = False) -> None:
         save_figure(figure, folder / f"{name}.png")
     if not quiet:
         _print_reproduction(result)
-        console().print(f"wrote {folder}/minimum-jerk.png, step.png", highlight=False)
+        say(f"wrote {folder}/minimum-jerk.png, step.png")
 
 
 def _print_reproduction(result: Reproduction) -> None:
@@ -37,7 +49,7 @@ def _print_reproduction(result: Reproduction) -> None:
 
     table = Table(box=box.SIMPLE_HEAD, caption=CAPTION, caption_justify="left", caption_style="dim")
     for name in COLUMNS:
-        table.add_column(escape(name), no_wrap=name != COLUMNS[-1])
+        table.add_column(plain(name), no_wrap=name != COLUMNS[-1])
     for row in result.rows():
-        table.add_row(*map(escape, row), style="" if any(row[1:]) else "bold")
+        table.add_row(*map(plain, row), style="" if any(row[1:]) else "bold")
     console().print(table)

@@ -16,14 +16,14 @@ from softhand.commands.console import (
     Plugins,
     Quiet,
     Set,
-    console,
-    error_console,
-    escape,
+    check_folder,
     make_folder,
     new_folder,
     print_events,
     print_table,
     progress,
+    remove_old,
+    say,
     say_compiling,
     write_text,
 )
@@ -31,6 +31,7 @@ from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show
 from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
+    from softhand.assembly.resolve import Setup
     from softhand.recording.recording import Recording
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
@@ -60,6 +61,7 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
+    check_folder(out)
     from softhand.scenario.file import parse_override
     from softhand.scenario.scenario import load_scenario, with_law
 
@@ -106,52 +108,81 @@ class _Window(NamedTuple):
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
     say_compiling(quiet)
-    from softhand.assembly.build import build
+    from softhand.assembly.build import assemble
+    from softhand.assembly.resolve import resolve
+    from softhand.checks.target import doubts_of_target
+    from softhand.closed_loop.growing import growing, growing_run
     from softhand.simulation.interrupts import interrupts_held
 
-    simulation = build(scenario)
+    setup = resolve(scenario)
+    is_whole = scenario.record.variables is None
+    plot &= is_whole
+    grows = None if quiet else growing(setup)
+    for doubt in () if quiet else doubts_of_target(setup):
+        say(doubt, "warning", error=True)
+    if grows:
+        say(f"{grows.short()} `softhand check` says what helps.", "warning", error=True)
+    simulation = assemble(setup)
     with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
         folder = out or new_folder(name)
         make_folder(folder)
-        (folder / "run.nc").unlink(missing_ok=True)  # of an older run, beside a scenario that it is not of
+        remove_old(folder, "run.nc", "figure.png")
         write_text(folder / "scenario.toml", simulation.scenario)
-        try:
-            with progress("simulating", scenario.duration, quiet) as report:
-                recording = simulation.run(report, watch)
-        except SimulationStopped as stop:
-            with interrupts_held():
-                folder, _ = _save(stop.recording, folder, plot)
-            stop.say_more(f"\nWhat was computed until then is in {folder}/.")
-            raise
-    with interrupts_held() as held:
-        folder, files = _save(recording, folder, plot)
+        with interrupts_held() as held:  # but for the loop
+            try:
+                with progress("simulating", scenario.duration, quiet) as report:
+                    recording = simulation.run(report, watch)
+            except SimulationStopped as stop:
+                where = _save(stop.recording, folder, plot)[0]
+                stop.say_more(_what_grew(stop, setup))
+                stop.say_more(f"\nWhat was computed until then is in {where}/.")
+                raise
+            folder, files = _save(recording, folder, plot)
     if held.came:
         raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
-    if not quiet:
+    if not quiet and is_whole:
         _print_summary(recording, simulation, folder, files)
+        grew = growing_run(recording, setup, grows)
+        if grew:
+            say(grew.text(), "note")
+    elif not quiet:  # what the summary and the figure show is not all there
+        say(f"wrote {', '.join(files)} in {folder}/")
+
+
+def _what_grew(stop: SimulationStopped, setup: Setup) -> str:
+    """Why a run was lost, if its loop was unstable."""
+    from softhand.closed_loop.growing import growing_run
+
+    whole = setup.scenario.record.variables is None
+    grew = growing_run(stop.recording, setup) if whole and stop.reason != "interrupted" else None
+    return f"\nA likely cause: {grew.text()}" if grew else ""
 
 
 def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[str]]:
     """Write the results; returns the folder and the names of the files in it.
 
-    Where the folder is gone or the disk is full, they go to a new one among the temporary files.
+    Where the folder is gone or the disk is full, they go to a new one among the temporary files. A figure that cannot
+    be written is told of, and no more.
     """
     try:
         recording.save(folder / "run.nc")
     except RecordingError as error:
         other = Path(tempfile.mkdtemp(prefix=f"softhand-{folder.name}-"))
         recording.save(other / "run.nc")
-        message = f"{error} The results are in {other}/ instead."
-        error_console().print(f"[yellow]note:[/] {escape(message)}", highlight=False, soft_wrap=True)
+        say(f"{error}. The results are in {other}/ instead.", "note", error=True)
         write_text(other / "scenario.toml", recording.scenario)
         folder = other
-    if not (plot and len(recording)):
-        return folder, ["scenario.toml", "run.nc"]
-    from softhand.plots.run import draw_run
-    from softhand.plots.style import save_figure
+    files = ["scenario.toml", "run.nc"]
+    if plot and len(recording):
+        from softhand.plots.run import draw_run
+        from softhand.plots.style import save_figure
 
-    save_figure(draw_run(recording), folder / "figure.png")
-    return folder, ["scenario.toml", "run.nc", "figure.png"]
+        try:
+            save_figure(draw_run(recording), folder / "figure.png")
+            files.append("figure.png")
+        except RecordingError as error:
+            say(f"{error}. The recording is whole.", "note", error=True)
+    return folder, files
 
 
 def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:
@@ -161,10 +192,10 @@ def _print_summary(recording: Recording, simulation: Simulation, folder: Path, f
     summary = summarize(recording)
     print_table(f"{folder}", summary.rows())
     if simulation.plant.pads["is_damped"].any():  # slow to sum
-        console().print(f"energy since the start: softhand energy {folder}/run.nc", highlight=False)
+        say(f"energy since the start: softhand energy {folder}/run.nc")
     else:
         print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
     print_events(summary.events)
     for warning in summary.warnings():
-        console().print(f"[yellow]note:[/] {escape(warning)}", highlight=False)
-    console().print(f"wrote {', '.join(files)} in {folder}/", highlight=False)
+        say(warning, "note")
+    say(f"wrote {', '.join(files)} in {folder}/")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, console, escape, progress, say_compiling, write_text
+from softhand.commands.console import Quiet, check_file, console, plain, progress, say, say_compiling, write_text
 
 
 @app.command(epilog="Example: softhand validate --out validation.md")
@@ -17,6 +17,8 @@ def validate(
     quiet: Quiet = False,
 ) -> None:
     """Measure friction, contact and motion in small systems with known answers; exit code 1 if one is off."""
+    if out is not None:
+        check_file(out)
     say_compiling(quiet)
     from rich import box
     from rich.table import Table
@@ -37,12 +39,12 @@ def validate(
             is_text = column in ("check", "unit", "pass")
             table.add_column(column, justify="left" if is_text else "right", no_wrap=column != "check")
         for check in checks:
-            table.add_row(*map(escape, row_of(check)), style=None if check.passed else "bold red")
+            table.add_row(*map(plain, row_of(check)), style=None if check.passed else "bold red")
         console().print(table)
-        console().print(f"{len(checks) - len(failed)} of {len(checks)} checks passed", highlight=False)
+        say(f"{len(checks) - len(failed)} of {len(checks)} checks passed")
     if out is not None:
         write_text(out, to_markdown(checks))
         if not quiet:
-            console().print(f"wrote {out}", highlight=False)
+            say(f"wrote {out}")
     if failed:
         raise SofthandError(f"{len(failed)} of {len(checks)} checks failed: {', '.join(failed)}.")

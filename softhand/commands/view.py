@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import console, escape, note_incomplete
+from softhand.commands.console import note_incomplete, say
+from softhand.commands.runs import load_run
 
 if TYPE_CHECKING:
     from softhand.viewer.live.page import Page
@@ -33,10 +34,9 @@ def view(
     open_page: OpenPage = True,
 ) -> None:
     """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
-    from softhand.recording.recording import Recording
     from softhand.viewer.live.replay import Replay
 
-    run = Recording.load(recording)
+    run = load_run(recording)
     with Replay(run, speed, once, host, port) as replay:
         note_incomplete(run)
         show_page(replay, open_page)
@@ -44,18 +44,14 @@ def view(
         try:
             replay.wait()
         except KeyboardInterrupt:
-            _say("viewer closed")
+            say("viewer closed")
 
 
 def show_page(page: Page, open_page: bool, quiet: bool = False) -> None:
     """Say where a page is and what is left out of it; open it in the browser if there is one."""
     if not quiet:
-        _say(f"{escape(page.notice)}, Ctrl-C ends")
+        say(f"{page.notice}, Ctrl-C ends")
         for name in page.unread:
-            _say(f"[yellow]note:[/] the mesh {escape(name)} cannot be read and is left out")
+            say(f"the mesh {name} cannot be read and is left out", "note")
     if open_page:
         page.open()
-
-
-def _say(text: str) -> None:
-    console().print(text, highlight=False, soft_wrap=True)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, Set, check_figure, console, print_table, progress, say_compiling
+from softhand.commands.console import Quiet, Set, check_figure, print_table, progress, say, say_compiling
 
 
 @app.command(epilog="Example: softhand workspace target-a --phi-max 80 --out reach.pdf")
@@ -45,4 +45,4 @@ def workspace(
     save_figure(draw_workspace(found.poses, f"Poses that can be held, about the start of {Path(scenario).stem}"), out)
     if not quiet:
         print_table(f"{scenario}: moves of the object from the start", found.rows())
-        console().print(f"wrote {out}", highlight=False)
+        say(f"wrote {out}")

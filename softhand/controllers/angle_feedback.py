@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.blocks import hold_joints, push_contacts, turn_error
+from softhand.controllers.controller import Controller
 from softhand.controllers.gains import diagonal
-from softhand.controllers.tips import last_axis, need_fingers
-from softhand.numerics.rotations import rotation_vector
-from softhand.numerics.spatial import rotation_of
+from softhand.controllers.tips import cross, last_axis, need_fingers
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
+from softhand.numerics.rotations import set_rotation
+from softhand.numerics.triples import dot
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative
 
@@ -36,28 +39,71 @@ class AngleFeedback(Controller):
     D: NonNegative = 0.002
     """Damping of the angle [N m s/rad]."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
+
+    @property
+    def formula(self) -> Any:  # type: ignore[override]
+        """The law of the class."""
+        return angle_feedback
+
+    def constants(self, observation: Observation) -> Gains:
+        """The gains, and what is known of the object."""
+        return Gains(
+            self.K,
+            self.D,
+            diagonal("K_v", self.K_v, observation.joint_position.shape[0]),
+            observation.object_mass,
+            observation.object_lever.copy(),
+            observation.gravity.copy(),
+        )
 
     def start(self, observation: Observation) -> Any:
-        """The joint damping as an array, and b: the axis of the last joint of finger 1."""
+        """b: the axis of the last joint of finger 1."""
         need_fingers("angle-feedback", observation, 2, 2)
-        K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
-        return K_v, last_axis(observation.tip_angular_jacobian[0])
+        return last_axis(observation.tip_angular_jacobian[0])
 
-    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
-        """The law of the class."""
-        K_v, b = memory
-        f_C = np.einsum("iba,ib->ia", observation.contact_rotation, self.forces(observation, b)).ravel()
-        return observation.J_CF_f.T @ f_C + observation.N_F - K_v * observation.joint_velocity, memory
 
-    def forces(self, observation: Observation, b: Any) -> Any:
-        """What the tips shall do to the object at the contact points [N], world axes, shape (2, 3)."""
-        centre = observation.object_position + observation.object_rotation @ observation.object_lever
-        normals, points = observation.contact_rotation[:, :, 2], observation.contact_point
-        forces = observation.desired.internal_force[0] * normals - 0.5 * observation.object_mass * observation.gravity
-        missing = rotation_vector(observation.object_rotation, rotation_of(observation.desired.coordinates[3:]))
-        M = b @ (
-            self.K * missing - self.D * observation.object_twist[3:] - np.cross(points - centre, forces).sum(axis=0)
-        )
-        way = np.cross(b, points[0] - points[1])
-        return forces + np.outer([1.0, -1.0], M / (way @ way) * way)
+class Gains(NamedTuple):
+    """The settings of `AngleFeedback`, and what is known of the object."""
+
+    K: float
+    D: float
+    K_v: Array
+    mass: float
+    lever: Array
+    gravity: Array
+
+
+@compiled
+def angle_feedback(observed, known, b, torque):
+    """The law of the class."""
+    forces, f_C = np.empty((2, 3)), np.empty(6)
+    contact_forces(observed, known, b, forces)
+    for i in range(2):
+        for k in range(3):
+            f_C[3 * i + k] = dot(observed.contact_rotation[i, :, k], forces[i])
+    hold_joints(observed.gravity_torque, known.K_v, observed.joint_velocity, torque)
+    push_contacts(observed.hand_force_jacobian, f_C, torque)
+
+
+@compiled
+def contact_forces(observed, known, b, forces):
+    """What the tips shall do to the object at the contact points [N], world axes, shape (2, 3)."""
+    R, points, axes = observed.object_rotation, observed.contact_point, observed.contact_rotation
+    turn, arm, wanted = np.empty(3), np.empty(3), np.empty((3, 3))
+    set_rotation(observed.object_coordinates_desired[3:6], wanted)
+    turn_error(R, wanted, turn)
+    M = known.K * dot(b, turn) - known.D * dot(b, observed.object_twist[3:6])
+    for i in range(2):
+        for k in range(3):
+            centre = observed.object_coordinates[k] + R[k, 0] * known.lever[0] + R[k, 1] * known.lever[1]
+            arm[k] = points[i, k] - centre - R[k, 2] * known.lever[2]
+            forces[i, k] = observed.internal_force_desired[0] * axes[i, k, 2] - 0.5 * known.mass * known.gravity[k]
+        M -= dot(b, cross(arm, forces[i]))
+    for k in range(3):
+        arm[k] = points[0, k] - points[1, k]
+    way = cross(b, arm)
+    share = M / dot(way, way)
+    for k in range(3):
+        forces[0, k] += share * way[k]
+        forces[1, k] -= share * way[k]

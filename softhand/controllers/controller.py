@@ -9,8 +9,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.controllers.formula import call_formula, formula_of
-from softhand.sensing.bound import Bound
+from softhand.controllers.formula import Law, law_of, settings_of
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Positive, Settings
 
@@ -44,9 +43,19 @@ class Controller(Settings, ABC):
     """Own sampling period [s], a whole number of control periods; each control period if not given."""
 
     formula: ClassVar[Callable[..., None] | None] = None
-    """formula(observed, settings, memory, torque) sets `torque` and may change `memory`, one array of numbers, in
-    place. `observed` has the fields of an observation by their names, the time as `observed.clock[0]`; `settings` has
-    the fields of the controller that are numbers or lists of numbers."""
+    """formula(observed, settings, memory, torque) sets `torque`, which is zero before, and may change `memory`, one
+    array of numbers, in place. `observed` has the fields of an observation by their names, the time as
+    `observed.clock[0]`; `settings` is what `constants` returns. `controllers.blocks` has parts to build one from."""
+
+    def constants(self, observation: Observation) -> Any:
+        """What a formula is handed as `settings`: a NamedTuple of numbers and arrays, the same during a run.
+
+        By default the fields of the controller that are numbers, or lists of numbers as arrays.
+
+        Args:
+            observation: for what is the same at all times: the count of joints, mass of the object, tips.
+        """
+        return settings_of(self)
 
     def start(self, observation: Observation) -> Any:
         """The memory before the first call; None for a controller that remembers nothing.
@@ -67,14 +76,26 @@ class Controller(Settings, ABC):
             Joint torques [N m], shape (n,), and the memory for the next call. The effort limits of the URDF are applied
             to the torques afterwards.
         """
-        if self.formula is None:
-            raise NotImplementedError(f"{type(self).__name__} needs a method `torque` or a static method `formula`")
-        return call_formula(self, observation, memory)
+        law = law_of(self, observation, memory)
+        torque, memory = law(memory)
+        if torque[0] != torque[0] and (error := self.complaint(observation, law)):
+            raise error
+        return torque, memory
 
-    def compiled(self, observation: Observation) -> Bound | None:
-        """The law as compiled code with a memory of its own, at its start; None for a law in plain Python alone.
+    def complaint(self, observation: Observation, law: Law) -> Exception | None:
+        """Why a formula answered with NaN; None for no more than that it did.
+
+        Args:
+            observation: to which it did.
+            law: with the memory after the call.
+        """
+        return law.raised()
+
+    def compiled(self, observation: Observation) -> Law | None:
+        """The law as compiled code at its start; None for a law in plain Python.
 
         Args:
             observation: of the start.
         """
-        return None if self.formula is None else formula_of(self, observation)
+        is_python = self.formula is None or type(self).torque is not Controller.torque
+        return None if is_python else Law(self, observation, self.start(observation))

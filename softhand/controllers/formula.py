@@ -1,44 +1,191 @@
-"""Control laws that are one formula for numba: what it reads, its settings, and its code."""
+"""Control laws as one compiled formula: what it reads, its settings, its memory, and the call."""
 
 from __future__ import annotations
 
+import ctypes
+import dis
 from collections import namedtuple
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numba.core.errors import NumbaError
 
 from softhand.errors import ControllerError
-from softhand.laws.key import make_compilable
+from softhand.laws.key import make_compilable, makings_of
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
-from softhand.sensing.bound import Bound
-from softhand.sensing.fields import ALIASES, FIELDS, SPANS, pick
+from softhand.numerics.layouts import Layouts
+from softhand.numerics.straight import Fixed, straight
+from softhand.sensing.fields import ALIASES, FIELDS, SPANS, observed_by, pick
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Settings
+from softhand.settings.wording import nearest
+
+if TYPE_CHECKING:
+    from softhand.controllers.controller import Controller
+
+_CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+
+
+class Law:
+    """The formula of a controller on the numbers of one observation, ready to be called by any loop.
+
+    Args:
+        controller: has a formula.
+        observation: whose arrays are read at each call.
+        memory: before the first call; it is copied.
+
+    Attributes:
+        memory: before the next call.
+        shape: of the memory.
+        torque: what the last call answered [N m, N], shape (n,).
+        reads: fields of an observation that the formula reads.
+        call: the machine code.
+
+    Raises:
+        ControllerError: numba does not take the formula, or the memory is no array of numbers.
+    """
+
+    def __init__(self, controller: Controller, observation: Observation, memory: Any) -> None:
+        if wrong := _no_field(controller.formula):
+            raise ControllerError(
+                f"controller '{type(controller).__name__}': its formula cannot be compiled: an observation has no "
+                f"field {wrong}",
+                controller=type(controller).__name__, reason="formula", time=observation.time,
+            )  # fmt: skip
+        code = _code_of(controller.formula)
+        self.controller, self.reads = controller, code.reads
+        self.memory = _as_memory(controller, memory)
+        self.shape = self.memory.shape
+        self.torque = np.zeros(observation.joint_position.shape[0])
+        observed = pick(code.observed, observation._views, **code.renamed)
+        arguments = observed, controller.constants(observation), self.memory, self.torque
+        try:
+            self.call: Addressed = addressed(code.kernel, *arguments, layouts=Layouts())
+        except NumbaError as error:
+            raise _refused(controller, error) from error
+        self._entry, self._place = _CALL(self.call.code), self.call.place
+        self._plain, self._arguments = code.plain, arguments
+
+    def __call__(self, memory: Array) -> tuple[Array, Array]:
+        """Torque and the memory after it, both new; the memory that is handed in stays as it is."""
+        self.memory[...] = memory
+        self._entry(self._place, self._place)
+        return self.torque.copy(), self.memory.copy()
+
+    def straight(self, layouts: Layouts) -> Addressed | None:
+        """The same as straight code, if it is a formula that ships and there is any.
+
+        Args:
+            layouts: of the arrays of the run.
+        """
+        if self._plain is not None:
+            return None
+        settings = tuple(item for item in self._arguments[1] if isinstance(item, np.ndarray))
+        return straight(self.controller.formula, [self._arguments], Fixed(settings, settings), layouts)[0]
+
+    def raised(self) -> Exception | None:
+        """What a formula in plain Python raises here, if it does; a compiled loop cannot say."""
+        if self._plain is not None:
+            observed, settings, memory, torque = self._arguments
+            try:
+                self._plain(observed, settings, memory.copy(), torque.copy())
+            except Exception as error:
+                return error
+        return None
+
+
+def law_of(controller: Controller, observation: Observation, memory: Any) -> Law:
+    """The law for an observation; it is kept with the observation for the next call."""
+    law: Law | None = observation.__dict__.get("law")
+    if law is None or law.controller is not controller or getattr(memory, "shape", law.shape) != law.shape:
+        if controller.formula is None:
+            name = type(controller).__name__
+            raise NotImplementedError(f"{name} needs a method `torque` or a static method `formula`")
+        law = observation.__dict__["law"] = Law(controller, observation, memory)
+    return law
 
 
 class _Code(NamedTuple):
-    """A formula, and the fields of an observation that it reads, under the names that it has for them."""
+    """A formula as compiled code."""
 
     kernel: Callable[..., Any]
-    reads: type[Any]
+    plain: Callable[..., Any] | None
+    """The same without a guard, if it is one of a user."""
+    observed: type[Any]
+    """What it is handed of an observation, under the names that it has for them."""
     renamed: dict[str, str]
+    """Names in it that stand for fields of other names."""
+    reads: frozenset[str]
+    """The fields."""
 
 
 @cache
-def _code_of(formula: Callable[..., Any]) -> _Code:
-    names = [name for name in formula.__code__.co_names if name in FIELDS or name in SPANS or name in ALIASES]
+def _code_of(formula: Any) -> _Code:
+    is_own = hasattr(formula, "py_func")  # made by `compiled`
+    plain = None if is_own else _plain(formula)
+    names = _names_in(formula.py_func if is_own else formula)
     renamed = {name: ALIASES[name] for name in names if name in ALIASES}
+    kernel = formula if plain is None else _guarded(formula, plain)
+    reads = frozenset(renamed.get(name, name) for name in names)
+    return _Code(kernel, plain, observed_by(names), renamed, reads)
+
+
+def _names_in(formula: Callable[..., Any]) -> list[str]:
+    """Names of fields in a formula and in all that it calls; the paper's letters only in what does not ship."""
+    found: dict[str, None] = {}
+    for function in makings_of(formula).functions:
+        ships = function.__module__.startswith("softhand.")
+        for name in function.__code__.co_names:
+            of = name if ships else ALIASES.get(name, name)
+            if of in FIELDS or of in SPANS:
+                found[name] = None
+    return list(found)
+
+
+@cache
+def _no_field(formula: Any) -> str | None:
+    """The first name that a formula of a user asks its first argument for in vain, with what is near to it."""
+    if hasattr(formula, "py_func"):
+        return None
+    code, before = formula.__code__, ""
+    for step in dis.get_instructions(code):
+        field = ALIASES.get(step.argval, step.argval) if step.opname == "LOAD_ATTR" else ""
+        if field and before == code.co_varnames[0] and field not in FIELDS and field not in SPANS:
+            near = nearest(step.argval, [*FIELDS, *SPANS])
+            return f"{step.argval!r} for a formula" + (f"; did you mean {near!r}?" if near else ".")
+        loaded = step.argval if step.opname.startswith("LOAD_FAST") else ""
+        before = loaded[-1] if isinstance(loaded, tuple) else loaded
+    return None
+
+
+def _plain(formula: Callable[..., Any]) -> Callable[..., Any]:
     make_compilable(formula)
-    return _Code(njit(error_model="numpy")(formula), namedtuple("Observed", names), renamed)  # type: ignore[misc]
+    plain: Callable[..., Any] = njit(error_model="numpy", boundscheck=True)(formula)
+    return plain
+
+
+def _guarded(formula: Callable[..., Any], plain: Callable[..., Any]) -> Callable[..., Any]:
+    """Begins with no torque, and answers NaN where the formula raises: compiled loops know no exceptions."""
+
+    def guarded(observed, settings, memory, torque):
+        torque[:] = 0.0
+        try:
+            plain(observed, settings, memory, torque)
+        except Exception:
+            torque[:] = np.nan
+
+    guarded.__module__ = formula.__module__
+    kernel: Callable[..., Any] = njit(error_model="numpy")(guarded)
+    return kernel
 
 
 @cache
 def _settings_type(controller: type[Settings], names: tuple[str, ...]) -> Any:
-    return namedtuple(f"{controller.__name__}Settings", names)  # type: ignore[misc]
+    return namedtuple(f"{controller.__name__}Settings", names)
 
 
 def settings_of(controller: Settings) -> Any:
@@ -53,33 +200,6 @@ def settings_of(controller: Settings) -> Any:
             except (TypeError, ValueError):  # of texts
                 continue
     return _settings_type(type(controller), tuple(found))(**found)
-
-
-def formula_of(controller: Any, observation: Observation) -> Bound:
-    """The formula of a controller with the memory of its start."""
-    code = _code_of(controller.formula)
-    memory = _as_memory(controller, controller.start(observation))
-    n = observation.joint_position.shape[0]
-    return Bound(n, code.kernel, code.reads, settings_of(controller), memory, **code.renamed)
-
-
-def call_formula(controller: Any, observation: Observation, memory: Any) -> tuple[Array, Array]:
-    """Torque and next memory of a controller that is a formula.
-
-    Raises:
-        ControllerError: numba does not take the formula.
-    """
-    code = _code_of(controller.formula)
-    torque, after = np.zeros(observation.joint_position.shape[0]), _as_memory(controller, memory)
-    try:
-        code.kernel(pick(code.reads, observation.fields, **code.renamed), settings_of(controller), after, torque)
-    except NumbaError as error:
-        raise ControllerError(
-            f"controller '{type(controller).__name__}': its formula cannot be compiled: {_reason(error)} Write it with "
-            "plain numbers, `for`, `if`, the functions of `math`, and the fields of `observed`.",
-            controller=type(controller).__name__, reason="formula", time=observation.time,
-        ) from error  # fmt: skip
-    return torque, after
 
 
 def _as_memory(controller: Any, memory: Any) -> Array:
@@ -98,7 +218,12 @@ def _as_memory(controller: Any, memory: Any) -> Array:
         ) from error  # fmt: skip
 
 
-def _reason(error: NumbaError) -> str:
-    """What numba says, in one line."""
+def _refused(controller: Any, error: NumbaError) -> ControllerError:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return " ".join(lines[1:3] if len(lines) > 1 else lines)[:300]
+    reason = next((line for line in lines if "Error" in line or "Unknown" in line or "Use of" in line), lines[0])
+    place = next((line.removesuffix(":") for line in lines if line.startswith("File ")), "")
+    return ControllerError(
+        f"controller '{type(controller).__name__}': its formula cannot be compiled: {reason} ({place}). Write it with "
+        "plain numbers, arrays, `for`, `if`, the functions of `math` and the fields of `observed` and `settings`.",
+        controller=type(controller).__name__, reason="formula", time=0.0,
+    )  # fmt: skip

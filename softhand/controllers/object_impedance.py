@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from softhand.controllers.controller import Controller, Torque
+import numpy as np
+
+from softhand.controllers.blocks import hold_joints
+from softhand.controllers.controller import Controller
+from softhand.controllers.formula import Law
 from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.controllers.grasp_force import grasp_torque
-from softhand.controllers.pose import OrientationError, pose_task
+from softhand.controllers.grasp_force import add_grasp_torque
+from softhand.controllers.pose import OrientationError, add_wrench, irregular, set_task
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain
 
@@ -44,24 +50,56 @@ class ObjectImpedance(Controller):
     K_int: Gain = 1.0
     """Factor of the desired internal force [1], one number or one a pair of contacts."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
 
-    def start(self, observation: Observation) -> Any:
+    @property
+    def formula(self) -> Any:  # type: ignore[override]
+        """The law of the class."""
+        return object_impedance
+
+    def constants(self, observation: Observation) -> Gains:
         """The gains as arrays."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
-        return (
+        return Gains(
             pose_diagonal("M", self.M_position, self.M_orientation),
             pose_diagonal("D", self.D_position, self.D_orientation),
             pose_diagonal("K", self.K_position, self.K_orientation),
             diagonal("K_int", self.K_int, pairs),
             diagonal("K_v", self.K_v, n),
+            self.orientation_error == "euler",
+            self.torsion_compensation,
         )
 
-    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
-        """The law of the class."""
-        desired = observation.desired
-        M_d, D, K, K_int, K_v = memory
-        task = pose_task("ObjectImpedance", observation, self.orientation_error)
-        wrench = observation.object_gravity + task.wrench(M_d * task.acceleration - D * task.rate - K * task.error)
-        tau = grasp_torque(observation, wrench, K_int * desired.internal_force, self.torsion_compensation)
-        return tau + observation.N_F - K_v * observation.joint_velocity, memory
+    def complaint(self, observation: Observation, law: Law) -> Exception | None:
+        """Roll, pitch and yaw cannot be used."""
+        pitches = observation.object_rpy[1], observation.object_rpy_desired[1]
+        is_euler = self.orientation_error == "euler"
+        return irregular("ObjectImpedance", observation.time, *pitches) if is_euler else None
+
+
+class Gains(NamedTuple):
+    """The settings of `ObjectImpedance` as diagonals."""
+
+    M_d: Array
+    D: Array
+    K: Array
+    K_int: Array
+    K_v: Array
+    is_euler: bool
+    compensate: bool
+
+
+@compiled
+def object_impedance(observed, gains, memory, torque):
+    """The law of the class."""
+    error, rate, force, wrench = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    set_task(observed, gains.is_euler, error, rate, force)
+    for k in range(6):
+        force[k] = gains.M_d[k] * force[k] - gains.D[k] * rate[k] - gains.K[k] * error[k]
+        wrench[k] = observed.object_gravity[k]
+    add_wrench(observed, gains.is_euler, force, wrench)
+    squeeze = np.empty(gains.K_int.shape[0])
+    for k in range(squeeze.shape[0]):
+        squeeze[k] = gains.K_int[k] * observed.internal_force_desired[k]
+    hold_joints(observed.gravity_torque, gains.K_v, observed.joint_velocity, torque)
+    add_grasp_torque(observed, wrench, squeeze, gains.compensate, torque)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.blocks import hold_joints, push_tips
+from softhand.controllers.controller import Controller
 from softhand.controllers.gains import diagonal
-from softhand.controllers.tips import attraction, last_axis, need_fingers, pushed, radii, strength
+from softhand.controllers.tips import attract, last_axis, moved, need_fingers, radii, strength
+from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.compiled import compiled
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative, Positive
 
@@ -32,22 +35,51 @@ class Opposing(Controller):
     mass: NonNegative = 0.2
     """Mass of the object, which the fingers carry in equal parts [kg]."""
     damping: Gain = 0.005
-    """Damping C of the joints [N m s/rad], one number or one a joint."""
+    """Damping C of the joints [N m s/rad or N s/m], one number or one a joint."""
+
+    @property
+    def formula(self) -> Any:  # type: ignore[override]
+        """The law of the class."""
+        return opposing
+
+    def constants(self, observation: Observation) -> Gains:
+        """The damping as an array, and what is known of the tips."""
+        C = diagonal("damping", self.damping, observation.joint_position.shape[0])
+        r, pull = radii(observation), -0.5 * self.mass * observation.gravity
+        return Gains(C, self.gamma, r, pull, observation.is_continuous.copy())
 
     def start(self, observation: Observation) -> Any:
-        """The damping as an array, q_F(0), e_i as rows, and f_d for a squeeze of 1 N."""
+        """q_F(0), e_i as rows, and f_d / sum(r) for a squeeze of 1 N."""
         need_fingers("opposing", observation, 2, 2)
-        e = np.stack([spin.T @ last_axis(spin) for spin in observation.tip_angular_jacobian])
-        C = diagonal("damping", self.damping, observation.joint_position.shape[0])
-        per_newton = strength(observation, np.ones_like(observation.internal_force))
-        return C, observation.joint_position.copy(), e, per_newton
+        e = [spin.T @ last_axis(spin) for spin in observation.tip_angular_jacobian]
+        per_newton = strength(observation, np.ones_like(observation.internal_force)) / radii(observation).sum()
+        return np.concatenate([observation.joint_position, *e, [per_newton]])
 
-    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
-        """The law of the class."""
-        C, q_start, e, per_newton = memory
-        r = radii(observation)
-        f_d = per_newton * observation.desired.internal_force[0]
-        forces = f_d / r.sum() * attraction(observation.tip_position) - 0.5 * self.mass * observation.gravity
-        turned = e @ observation.joints_from(q_start)
-        tau = pushed(observation.tip_jacobian, forces) - (r**2 / self.gamma * turned) @ e
-        return tau + observation.N_F - C * observation.joint_velocity, memory
+
+class Gains(NamedTuple):
+    """The settings of `Opposing`, and what is known of the tips."""
+
+    C: Array
+    gamma: float
+    radii: Array
+    lift: Array
+    """What a finger carries of the object [N], shape (3,)."""
+    is_continuous: AnyArray
+
+
+@compiled
+def opposing(observed, known, memory, torque):
+    """The law of the class; `memory` as `start` returns it."""
+    n, x = torque.shape[0], observed.tip_position
+    forces = np.empty((2, 3))
+    for k in range(3):
+        forces[0, k] = forces[1, k] = known.lift[k]
+    attract(x, memory[3 * n] * observed.internal_force_desired[0], forces)
+    hold_joints(observed.gravity_torque, known.C, observed.joint_velocity, torque)
+    push_tips(observed.tip_jacobian, forces, torque)
+    for i in range(2):
+        e, turned = memory[n + i * n : 2 * n + i * n], 0.0
+        for j in range(n):
+            turned += e[j] * moved(observed.joint_position[j], memory[j], known.is_continuous[j])
+        for j in range(n):
+            torque[j] -= known.radii[i] * known.radii[i] / known.gamma * turned * e[j]

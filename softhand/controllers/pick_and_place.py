@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.blocks import hold_joints, push_tips
+from softhand.controllers.controller import Controller
+from softhand.controllers.formula import Law
 from softhand.controllers.gains import diagonal
 from softhand.controllers.pose import OrientationError
-from softhand.controllers.regulation import Regulation
-from softhand.controllers.tips import pushed, radii
+from softhand.controllers.regulation import Regulation, regulation, regulation_by_angles
+from softhand.controllers.tips import radii
 from softhand.errors import ControllerError
 from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, NonNegative, Positive
+
+HOLDS, TOUCHED, VERDICT, TIP, POSTURE = range(5)
+"""Places in the memory: whether the object is held; when all tips touched for the last time, or did not have to [s];
+what is wrong, and with which tip; q_F(0) from here on. Then feet and normals of the faces, shape (nc, 3) each."""
+
+FINE, APART, AWAY, FALLS = range(4)
+"""Verdicts."""
 
 
 class PickAndPlace(Controller):
@@ -51,100 +60,183 @@ class PickAndPlace(Controller):
     K_O_orientation: Gain = 0.3
     """Stiffness of the orientation, as in `regulation` [N m/rad], one number or three."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
     K_N: Gain = 1.5
     """Gain of the internal force, as in `regulation` [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
-    """Stiffness of idle joint motions towards the open fingers of the start [N m/rad], one number or one a joint."""
+    """Stiffness of idle joint motions to the open fingers of the start [N m/rad or N/m], one number or one a joint."""
 
-    def start(self, observation: Observation) -> Any:
-        """Law (59) at its start; all tips free, at their feet."""
-        law = Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
-        K_v = diagonal("K_v", self.K_v, observation.joint_position.shape[0])
-        return _Memory(law, law.start(observation), K_v, False, observation.time, *_feet(observation))
+    @property
+    def formula(self) -> Any:  # type: ignore[override]
+        """The law of the class, with (59) in either form."""
+        return pick_and_place_by_angles if self.orientation_error == "euler" else pick_and_place
 
-    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
-        """The law of the class."""
-        desired = observation.desired
-        memory = self._judged(observation, memory)
-        if memory.holds:
-            return memory.law.torque(observation, memory.regulation)[0], memory
-        places = memory.feet + (radii(observation)[:, None] + desired.opening) * memory.normals
-        J = observation.tip_jacobian
-        forces = self.K_tip * (places - observation.tip_position) - self.D_tip * (J @ observation.joint_velocity)
-        return observation.N_F - memory.K_v * observation.joint_velocity + pushed(J, forces), memory
+    @property
+    def _held(self) -> Regulation:
+        """The law while the object is held."""
+        return Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
 
-    def _judged(self, observation: Observation, memory: _Memory) -> _Memory:
-        """Take hold or let go if it is time, and see that all is as it has to be.
-
-        Raises:
-            ControllerError: it is not.
-        """
-        wanted = float(np.mean(observation.desired.internal_force)) >= self.touch_force
-        if not wanted:
-            if memory.holds:
-                _check_standing(observation)
-                feet, normals = _feet(observation)
-                memory = replace(memory, holds=False, feet=feet, normals=normals)
-            return replace(memory, touched=observation.time)
-        apart = observation.contact_force[:, 2] <= 0.0
-        if not apart.any():
-            memory = replace(memory, holds=True, touched=observation.time)
-        elif observation.time - memory.touched > self.patience:
-            i = int(np.argmax(apart))
-            gap = 1e3 * -float(observation.deformation[i, 0])
-            what = "lost the object" if memory.holds else "does not reach the object"
-            raise _given_up(
-                observation,
-                f"{observation.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting",
-            )
-        away = float(np.linalg.norm(observation.object_position - observation.desired.coordinates[:3]))
-        if away > self.lost:
-            raise _given_up(
-                observation, f"the object slipped out: it is {1e3 * away:.3g} mm from where it is asked to be"
-            )
-        return memory
-
-
-@dataclass(frozen=True)
-class _Memory:
-    law: Regulation
-    regulation: Any
-    K_v: Array
-    holds: bool
-    touched: float
-    """When all tips touched for the last time, or did not have to [s]."""
-    feet: Array
-    """Nearest points of the faces to the tips when they were last let go, in the world [m], shape (nc, 3)."""
-    normals: Array
-    """Outward normals there, in the world, shape (nc, 3)."""
-
-
-def _feet(observation: Observation) -> tuple[Array, Array]:
-    """Foot of each tip on its face, and the outward normal there, in the world; shape (nc, 3) each."""
-    normals = np.array([tip.face.normal for tip in observation.fingertips]) @ observation.object_rotation.T
-    offsets = np.array([tip.face.offset for tip in observation.fingertips])
-    heights = np.einsum("ik,ik->i", observation.tip_position - observation.object_position, normals) - offsets
-    return observation.tip_position - heights[:, None] * normals, normals
-
-
-def _check_standing(observation: Observation) -> None:
-    """Something else than the fingers carries the object before they let go.
-
-    Raises:
-        ControllerError: the fingers still carry more than half of its weight.
-    """
-    weight = observation.object_mass * observation.gravity
-    force = np.einsum("iab,ib->a", observation.contact_rotation, observation.contact_force[:, :3])
-    if -float(force @ weight) > 0.5 * float(weight @ weight):
-        raise _given_up(
-            observation,
-            "the object does not stand: at the release the fingers still carry more than half of its weight",
+    def constants(self, observation: Observation) -> Tuning:
+        """The settings, and what is known of tips and object."""
+        tips = observation.fingertips
+        return Tuning(
+            self.touch_force,
+            self.K_tip,
+            self.D_tip,
+            diagonal("K_v", self.K_v, observation.joint_position.shape[0]),
+            self.patience,
+            self.lost,
+            self._held.constants(observation),
+            radii(observation),
+            np.array([tip.face.normal for tip in tips]),
+            np.array([tip.face.offset for tip in tips]),
+            observation.object_mass * observation.gravity,
         )
 
+    def start(self, observation: Observation) -> Any:
+        """All tips free, at their feet."""
+        known, feet = self.constants(observation), np.empty((2, len(observation.fingertips), 3))
+        place = observation.tip_position, observation.object_position, observation.object_rotation
+        set_feet(*place, known.normals, known.offsets, *feet)
+        head = [0.0, observation.time, FINE, 0.0]
+        return np.concatenate([head, observation.joint_position, feet.ravel()])
 
-def _given_up(observation: Observation, what: str) -> ControllerError:
-    return ControllerError(
-        f"controller 'PickAndPlace' gave up at t = {observation.time:g} s: {what}.",
-        controller="PickAndPlace", reason="given up", time=observation.time,
+    def complaint(self, observation: Observation, law: Law) -> Exception | None:
+        """What is wrong with the grasp, or that roll, pitch and yaw cannot be used."""
+        memory, verdict = law.memory, int(law.memory[VERDICT])
+        if verdict == FINE:
+            return self._held.complaint(observation, law)
+        if verdict == APART:
+            i = int(memory[TIP])
+            gap = 1e3 * -float(observation.deformation[i, 0])
+            what = "lost the object" if memory[HOLDS] else "does not reach the object"
+            what = f"{observation.tip_names[i]} {what}: it is {gap:.3g} mm off after {self.patience:g} s of waiting"
+        elif verdict == AWAY:
+            away = float(np.linalg.norm(observation.object_position - observation.object_position_desired))
+            what = f"the object slipped out: it is {1e3 * away:.3g} mm from where it is asked to be"
+        else:
+            what = "the object does not stand: at the release the fingers still carry more than half of its weight"
+        return ControllerError(
+            f"controller 'PickAndPlace' gave up at t = {observation.time:g} s: {what}.",
+            controller="PickAndPlace", reason="given up", time=observation.time,
+        )  # fmt: skip
+
+
+class Tuning(NamedTuple):
+    """The settings of `PickAndPlace`, and what is known of tips and object."""
+
+    touch_force: float
+    K_tip: float
+    D_tip: float
+    K_v: Array
+    patience: float
+    lost: float
+    held: Any
+    """Gains of `Regulation`."""
+    radii: Array
+    normals: Array
+    """Of the faces, in the object, shape (nc, 3)."""
+    offsets: Array
+    """Of the faces [m], shape (nc,)."""
+    weight: Array
+    """m g [N], shape (3,)."""
+
+
+@compiled
+def pick_and_place(observed, known, memory, torque):
+    """The law of the class; `memory` as `start` returns it."""
+    _judge(observed, known, memory)
+    if memory[VERDICT] != FINE:
+        torque[:] = np.nan
+    elif memory[HOLDS]:
+        regulation(observed, known.held, memory[POSTURE : POSTURE + torque.shape[0]], torque)
+    else:
+        _hold_off(observed, known, memory, torque)
+
+
+@compiled
+def pick_and_place_by_angles(observed, known, memory, torque):
+    """The same with (59) by q_O."""
+    _judge(observed, known, memory)
+    if memory[VERDICT] != FINE:
+        torque[:] = np.nan
+    elif memory[HOLDS]:
+        regulation_by_angles(observed, known.held, memory[POSTURE : POSTURE + torque.shape[0]], torque)
+    else:
+        _hold_off(observed, known, memory, torque)
+
+
+@compiled
+def _judge(observed, known, memory):
+    """Take hold or let go if it is time, and see that all is as it has to be."""
+    f_Nd, now, wanted = observed.internal_force_desired, observed.clock[0], 0.0
+    for k in range(f_Nd.shape[0]):
+        wanted += f_Nd[k] / f_Nd.shape[0]
+    if wanted < known.touch_force:
+        if memory[HOLDS]:
+            _let_go(observed, known, memory)
+        memory[TOUCHED] = now
+        return
+    apart = -1
+    for i in range(known.radii.shape[0] - 1, -1, -1):
+        if observed.contact_force[i, 2] <= 0.0:
+            apart = i
+    if apart < 0:
+        memory[HOLDS], memory[TOUCHED] = 1.0, now
+    elif now - memory[TOUCHED] > known.patience:
+        memory[VERDICT], memory[TIP] = APART, apart
+        return
+    square = 0.0
+    for k in range(3):
+        square += (observed.object_coordinates[k] - observed.object_coordinates_desired[k]) ** 2
+    if np.sqrt(square) > known.lost:
+        memory[VERDICT] = AWAY
+
+
+@compiled
+def _let_go(observed, known, memory):
+    """Remember where the tips stand, if something else than the fingers carries the object."""
+    carried, square, nc = 0.0, 0.0, known.radii.shape[0]
+    for a in range(3):
+        square += known.weight[a] * known.weight[a]
+        for i in range(nc):
+            for b in range(3):
+                carried -= observed.contact_rotation[i, a, b] * observed.contact_force[i, b] * known.weight[a]
+    if carried > 0.5 * square:
+        memory[VERDICT] = FALLS
+        return
+    memory[HOLDS] = 0.0
+    feet = memory[memory.shape[0] - 6 * nc :].reshape(2, nc, 3)
+    set_feet(
+        observed.tip_position, observed.object_coordinates, observed.object_rotation,
+        known.normals, known.offsets, feet[0], feet[1],
     )  # fmt: skip
+
+
+@compiled
+def set_feet(tips, origin, rotation, face_normals, offsets, feet, normals):
+    """Foot of each tip on its face, and the outward normal there, in the world; shape (nc, 3) each."""
+    for i in range(tips.shape[0]):
+        height = -offsets[i]
+        for a in range(3):
+            normals[i, a] = 0.0
+            for b in range(3):
+                normals[i, a] += rotation[a, b] * face_normals[i, b]
+            height += (tips[i, a] - origin[a]) * normals[i, a]
+        for a in range(3):
+            feet[i, a] = tips[i, a] - height * normals[i, a]
+
+
+@compiled
+def _hold_off(observed, known, memory, torque):
+    """Springs from the tips to their places before the faces."""
+    nc, n = known.radii.shape[0], torque.shape[0]
+    feet, forces = memory[memory.shape[0] - 6 * nc :].reshape(2, nc, 3), np.empty((nc, 3))
+    for i in range(nc):
+        off = known.radii[i] + observed.opening_desired[0]
+        for k in range(3):
+            forces[i, k] = known.K_tip * (feet[0, i, k] + off * feet[1, i, k] - observed.tip_position[i, k])
+            for j in range(n):
+                forces[i, k] -= known.D_tip * observed.tip_jacobian[i, k, j] * observed.joint_velocity[j]
+    hold_joints(observed.gravity_torque, known.K_v, observed.joint_velocity, torque)
+    push_tips(observed.tip_jacobian, forces, torque)

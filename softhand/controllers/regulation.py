@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.controllers.controller import Controller, Torque
+from softhand.controllers.blocks import (
+    add_internal_forces,
+    add_pose_spring,
+    add_torsion,
+    euler_error,
+    feed_back_internal_forces,
+    hold_joints,
+    pose_error,
+    push_contacts,
+    share_wrench,
+    take_off_torsion,
+)
+from softhand.controllers.controller import Controller
+from softhand.controllers.formula import Law
 from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.controllers.pose import OrientationError, euler_error, is_regular, pose_error, require_regular
+from softhand.controllers.pose import OrientationError, irregular
+from softhand.controllers.tips import moved
 from softhand.numerics.arrays import Array
 from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
-from softhand.sensing.bound import Bound
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain
 
@@ -50,70 +62,42 @@ class Regulation(Controller):
     K_O_orientation: Gain = 0.3
     """Stiffness of the orientation [N m/rad], one number, or three: about axes of the object, or roll, pitch, yaw."""
     K_v: Gain = 0.005
-    """Damping of the joints [N m s/rad], one number or one a joint."""
+    """Damping of the joints [N m s/rad or N s/m], one number or one a joint."""
     K_N: Gain = 1.5
     """Gain of the internal force [1], one number or one a pair of contacts."""
     K_posture: Gain = 0.0
-    """Stiffness of idle joint motions towards the angles of the start [N m/rad], one number or one a joint."""
+    """Stiffness of idle joint motions towards the angles of the start [N m/rad or N/m], one number or one a joint."""
 
-    def start(self, observation: Observation) -> Any:
-        """The compiled law with its gains and the posture of the start."""
-        return self.compiled(observation)
+    @property
+    def formula(self) -> Any:  # type: ignore[override]
+        """(59) in either form."""
+        return regulation_by_angles if self.orientation_error == "euler" else regulation
 
-    def compiled(self, observation: Observation) -> Bound:
-        """Eq. (59)."""
+    def constants(self, observation: Observation) -> Gains:
+        """The gains."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
-        gains = Gains(
+        return Gains(
             pose_diagonal("K_O", self.K_O_position, self.K_O_orientation),
             diagonal("K_v", self.K_v, n),
             diagonal("K_N", self.K_N, pairs),
             diagonal("K_posture", self.K_posture, n),
-            observation.joint_position.copy(),
-            observation.is_continuous,
+            self.torsion_compensation,
+            observation.is_continuous.copy(),
             error=np.zeros(6),
-            pull=np.zeros(6),
             wrench=np.zeros(6),
-            wanted=np.zeros((3, 3)),
+            squeeze=np.zeros(pairs),
             f_C=np.zeros(observation.hand_force_jacobian.shape[0]),
         )
-        is_euler = self.orientation_error == "euler"
-        names = _COORDINATES if is_euler else _TWIST
-        has_posture = bool(gains.K_posture.any())
-        return Bound(n, regulation, Reads, gains, is_euler, self.torsion_compensation, has_posture, **names)
 
-    def torque(self, observation: Observation, memory: Any) -> tuple[Torque, Any]:
-        """Eq. (59), compiled."""
-        tau = memory(observation)
-        if tau[0] != tau[0]:
-            pitches = observation.object_rpy[1], observation.object_rpy_desired[1]
-            require_regular("Regulation", observation.time, *pitches)
-        return tau, memory
+    def start(self, observation: Observation) -> Any:
+        """q_F(0)."""
+        return observation.joint_position.copy()
 
-
-class Reads(NamedTuple):
-    """What (59) reads of an observation."""
-
-    joint_position: Array
-    joint_velocity: Array
-    gravity_torque: Array
-    object_coordinates: Array
-    object_coordinates_desired: Array
-    object_rotation: Array
-    weight: Array
-    carried_desired: Array
-    contact_force: Array
-    internal_force: Array
-    internal_force_desired: Array
-    internal_force_basis: Array
-    hand_force_jacobian: Array
-    hand_torsion_jacobian: Array
-    force_rows: Array
-    torsion_rows: Array
-
-
-_COORDINATES = {"weight": "N_O", "force_rows": "J_O_f", "torsion_rows": "J_O_tau"}
-_TWIST = {"weight": "object_gravity", "force_rows": "object_force_jacobian", "torsion_rows": "object_torsion_jacobian"}
-"""What `Reads` has by coordinates of the object or by its twist."""
+    def complaint(self, observation: Observation, law: Law) -> Exception | None:
+        """Roll, pitch and yaw cannot be used."""
+        if self.orientation_error != "euler":
+            return None
+        return irregular("Regulation", observation.time, observation.object_rpy[1], observation.object_rpy_desired[1])
 
 
 class Gains(NamedTuple):
@@ -127,81 +111,63 @@ class Gains(NamedTuple):
     """Shape (np,)."""
     K_posture: Array
     """[N m/rad], shape (n,)."""
-    posture: Array
-    """q_F(0) [rad], shape (n,)."""
+    compensate: bool
+    """Whether torsion is compensated."""
     is_continuous: NDArray[np.bool_]
     """Which joints turn without end, shape (n,)."""
     error: Array
     """Room, as the following."""
-    pull: Array
     wrench: Array
-    wanted: Array
+    squeeze: Array
     f_C: Array
 
 
 @compiled
-def regulation(observed, gains, is_euler, compensate, has_posture, tau):
-    """tau of (59), shape (n,), from the fields of an observation; N_O by the share that the fingers shall carry."""
-    n, pairs, nc = tau.shape[0], observed.internal_force.shape[0], observed.contact_force.shape[0]
-    pull, wrench, f_C = gains.pull, gains.wrench, gains.f_C
-    # N_O - K_O e - J_O^tauT tau_C, e the pose error; by the coordinates q_O or, in world axes, by the twist
-    _pull(observed, gains, is_euler)
-    carried = observed.carried_desired[0]
+def regulation(observed, gains, posture, tau):
+    """tau of (59), shape (n,), from the fields of an observation, with the pose error in axes of the object."""
+    error, wrench = gains.error, gains.wrench
+    pose_error(observed.object_coordinates, observed.object_rotation, observed.object_coordinates_desired, error)
     for k in range(6):
-        wrench[k] = carried * observed.weight[k] - pull[k]
-        if compensate:
-            for i in range(nc):
-                wrench[k] -= observed.torsion_rows[i, k] * observed.contact_force[i, 3]
-    # f_C = (J_O^fT)^+ wrench + K [f_N - K_N (f_N - f_Nd)]
-    least_norm(observed.force_rows, True, wrench, f_C)
-    f_N, f_Nd = observed.internal_force, observed.internal_force_desired
-    for k in range(pairs):
-        internal = f_N[k] - gains.K_N[k] * (f_N[k] - f_Nd[k])
-        for row in range(3 * nc):
-            f_C[row] += observed.internal_force_basis[row, k] * internal
-    # tau = J_CF^fT f_C - K_v q_F' + N_F + J_CF^tauT tau_C
-    for j in range(n):
-        tau[j] = observed.gravity_torque[j] - gains.K_v[j] * observed.joint_velocity[j]
-    for row in range(3 * nc):
-        for j in range(n):
-            tau[j] += observed.hand_force_jacobian[row, j] * f_C[row]
-    if compensate:
-        for i in range(nc):
-            for j in range(n):
-                tau[j] += observed.hand_torsion_jacobian[i, j] * observed.contact_force[i, 3]
-    if has_posture:
-        _add_posture(observed.hand_force_jacobian, gains, observed.joint_position, tau)
+        wrench[k] = observed.carried_desired[0] * observed.object_gravity[k]
+    add_pose_spring(gains.K_O, error, observed.object_rotation, wrench)
+    _finish(observed, gains, observed.object_force_jacobian, observed.object_torsion_jacobian, posture, tau)
 
 
 @compiled
-def _pull(observed, gains, is_euler):
-    """gains.pull = K_O e as a generalized force of q_O, or as a wrench in world axes, shape (6,)."""
-    error, pull, R = gains.error, gains.pull, observed.object_rotation
-    if is_euler:
-        euler_error(observed.object_coordinates, observed.object_coordinates_desired, error)
-        pitch, wanted = observed.object_coordinates[4], observed.object_coordinates_desired[4]
-        if not usually(is_regular(pitch) & is_regular(wanted)):
-            error[:] = math.nan
-    else:
-        pose_error(observed.object_coordinates, R, observed.object_coordinates_desired, gains.wanted, error)
+def regulation_by_angles(observed, gains, posture, tau):
+    """The same with q_O - q_Od of position, roll, pitch, yaw; NaN near pitch 90 deg."""
+    error, wrench = gains.error, gains.wrench
+    euler_error(observed.object_coordinates, observed.object_coordinates_desired, error)
     for k in range(6):
-        error[k] *= gains.K_O[k]
-        pull[k] = error[k]
-    if not is_euler:
-        for k in range(3):
-            pull[3 + k] = R[k, 0] * error[3] + R[k, 1] * error[4] + R[k, 2] * error[5]
+        wrench[k] = observed.carried_desired[0] * observed.N_O[k] - gains.K_O[k] * error[k]
+    _finish(observed, gains, observed.J_O_f, observed.J_O_tau, posture, tau)
 
 
 @compiled
-def _add_posture(J, gains, q_F, tau):
+def _finish(observed, gains, force_rows, torsion_rows, posture, tau):
+    """From N_O - K_O e, in the wrench of the gains, to the torques."""
+    torsion, f_C, squeeze = observed.contact_force[:, 3], gains.f_C, gains.squeeze
+    hold_joints(observed.gravity_torque, gains.K_v, observed.joint_velocity, tau)
+    if gains.compensate:
+        take_off_torsion(torsion_rows, torsion, gains.wrench)
+        add_torsion(observed.hand_torsion_jacobian, torsion, tau)
+    share_wrench(force_rows, gains.wrench, f_C)
+    feed_back_internal_forces(observed.internal_force, observed.internal_force_desired, gains.K_N, squeeze)
+    add_internal_forces(observed.internal_force_basis, squeeze, f_C)
+    push_contacts(observed.hand_force_jacobian, f_C, tau)
+    for j in range(tau.shape[0]):
+        if usually(gains.K_posture[j] > 0.0):
+            _add_posture(observed.hand_force_jacobian, gains, posture, observed.joint_position, tau)
+            break
+
+
+@compiled
+def _add_posture(J, gains, posture, q_F, tau):
     """tau += [1 - J^+ J] K_posture (q_F(0) - q_F)."""
     n, rows = tau.shape[0], J.shape[0]
     pull, carried = np.empty(n), np.empty(rows)
     for j in range(n):
-        turned = gains.posture[j] - q_F[j]
-        if gains.is_continuous[j]:
-            turned -= 2.0 * math.pi * round(turned / (2.0 * math.pi))
-        pull[j] = gains.K_posture[j] * turned
+        pull[j] = -gains.K_posture[j] * moved(q_F[j], posture[j], gains.is_continuous[j])
         tau[j] += pull[j]
     least_norm(J, True, pull, carried)
     for row in range(rows):

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioError
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.compiled import compiled
 from softhand.sensing.observation import Observation
 
 
 def radii(observation: Observation) -> Array:
     """r of each tip [m], shape (nc,)."""
     return np.array([tip.law.radius for tip in observation.fingertips])
+
+
+def pairs_of(observation: Observation) -> AnyArray:
+    """Contacts that an internal force acts between, as `contact_pairs`, shape (np, 2)."""
+    return np.array(contact_pairs(len(observation.fingertips)), dtype=np.int64).reshape(-1, 2)
 
 
 def need_fingers(name: str, observation: Observation, least: int, most: int | None = None) -> None:
@@ -51,9 +59,34 @@ def last_axis(spin: Array) -> Array:
     return np.array(spin[:, turning[-1]])
 
 
-def attraction(x: Array) -> Array:
-    """Sum over j != i of x_j - x_i [m], shape (nc, 3): from each tip towards all others."""
-    return x.sum(axis=0) - len(x) * x
+@compiled
+def cross(a, b):
+    """a x b"""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@compiled
+def moved(position, start, is_continuous):
+    """q - q(0) of a joint [rad, m], of one that turns without end the shorter way."""
+    way = position - start
+    if is_continuous:
+        way -= 2.0 * math.pi * math.ceil(way / (2.0 * math.pi) - 0.5)
+    return way
+
+
+@compiled
+def attract(x, share, forces):
+    """forces += share times the sum over j != i of x_j - x_i: from each tip towards all others.
+
+    Args:
+        x: tip centres [m], shape (nc, 3).
+        share: [N/m]
+        forces: changed [N], shape (nc, 3).
+    """
+    for i in range(x.shape[0]):
+        for j in range(x.shape[0]):
+            for k in range(3):
+                forces[i, k] += share * (x[j, k] - x[i, k])
 
 
 def strength(observation: Observation, squeeze: Array) -> float:
@@ -66,8 +99,3 @@ def strength(observation: Observation, squeeze: Array) -> float:
     x = observation.tip_position
     distances = np.array([np.linalg.norm(x[j] - x[i]) for i, j in contact_pairs(len(x))])
     return float(radii(observation).sum() * np.mean(squeeze / distances))
-
-
-def pushed(J: Array, forces: Array) -> Array:
-    """Joint torques [N m], shape (n,), that push with these forces [N], shape (nc, 3), by Jacobians (nc, 3, n)."""
-    return np.einsum("ibk,ib->k", J, forces)

@@ -102,6 +102,21 @@ class PlaceFinder:
         """
         return self._place(finger, point, normal, guess) if self.has_room(point, normal) else None
 
+    def way(self, finger: int) -> Array:
+        """The shortest way by which the object would have to move for a finger to come to it [m], shape (3,)."""
+        here, axes = self.here, np.empty((3, 3))
+        links, columns = self._chains[finger]
+        lower, upper = (limit[columns] for limit in self._limits)
+        law, depth, shortest = here.materials[finger].law, self.depths[finger], np.full(3, np.inf)
+        for point, normal in self.surface:
+            angles = np.clip(self.start[columns], lower, upper)
+            centre = here.to_world(point + (law.radius - depth) * normal)
+            approach(links, centre, angles, lower, upper, axes)
+            way = tip_position(links, angles) - centre
+            if np.linalg.norm(way) < np.linalg.norm(shortest):
+                shortest = way
+        return shortest
+
     def _place(self, finger: int, point: Array, normal: Array, guess: Array | None) -> Place | None:
         """`place` where there is room around the point, from several starts if there is no guess."""
         columns = self._chains[finger][1]

@@ -28,8 +28,8 @@ from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.scenario import Scenario
+from softhand.start.answering import APEX, RIM
 from softhand.start.grasp import faces_of
-from softhand.start.press import APEX, RIM
 from softhand.start.reach import initial_joints
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")

@@ -21,9 +21,10 @@ from softhand.grasping.combinations import Choice, Combinations
 from softhand.grasping.places import PRESSING, Place, PlaceFinder
 from softhand.grasping.quality import GraspQuality, quality_in
 from softhand.grasping.quality_rows import least_reserve
+from softhand.grasping.reaching import reachable_place
 from softhand.grasping.refinement import refine
 from softhand.grasping.situation import Situation, situation_of
-from softhand.model.world import World, own_columns
+from softhand.model.world import own_columns
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.scenario.scenario import Scenario
@@ -163,7 +164,7 @@ def propose_grasps(
     for i in range(world.n_tips):
         places.append(finder.places(i))
         report(0.3 * (i + 1) / world.n_tips)
-    _check_reach(world, places, len(finder.surface))
+    _check_reach(here, places, len(finder.surface))
     torsions = [tip.torsion(depth) for tip, depth in zip(here.materials, finder.depths, strict=True)]
     combinations = Combinations(here, places, torsions, 2.0 * finder.radius)
     solver, wanted = _Solver(here, finder), max(count, _FEW)
@@ -197,15 +198,20 @@ def propose_grasps(
     return Proposals(tuple(sorted(found, key=lambda proposal: -proposal.margin)[:count]))
 
 
-def _check_reach(world: World, places: list[list[Place]], tried: int) -> None:
-    """GraspError for a finger that reaches nothing."""
-    for tip, found in zip(world.tips, places, strict=True):
-        if not found:
-            raise GraspError(
-                f"{tip.name} reaches none of {tried} points of the object well; move the object closer, or give "
-                "another grasp.joint_guess.",
-                finger=tip.name, quantity="reach", value=0,
-            )  # fmt: skip
+def _check_reach(here: Situation, places: list[list[Place]], tried: int) -> None:
+    """GraspError for fingers that reach nothing; says where the object would have to be."""
+    missing = [tip.name for tip, found in zip(here.world.tips, places, strict=True) if not found]
+    if not missing:
+        return
+    try:
+        remedy = f"{reachable_place(here)}, or give another grasp.joint_guess."
+    except GraspError as error:
+        remedy = str(error)
+    names = " and ".join(missing)
+    raise GraspError(
+        f"{names} {'reaches' if len(missing) == 1 else 'reach'} none of {tried} points of the object well; {remedy}",
+        finger=missing[0], quantity="reach", value=0,
+    )  # fmt: skip
 
 
 class _Solver:

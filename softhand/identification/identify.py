@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,8 @@ from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.plugins import find_plugin, plugin_names
+
+_LARGEST_FRICTION = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +120,11 @@ def identify(
     """
     name = law if isinstance(law, str) else law.__name__.lower()
     law_class = find_plugin("laws", law, "law") if isinstance(law, str) else law
-    if friction is not None and not 0.0 < friction < math.inf:
+    if friction is not None and not 0.0 < friction <= _LARGEST_FRICTION:
         raise MeasurementError(
-            f"friction: got {friction}; it must be a positive number.", column="friction", value=friction
+            f"friction: got {friction:g}; it must be above 0, at most {_LARGEST_FRICTION:g}.",
+            column="friction",
+            value=friction,
         )
     measurements = data if isinstance(data, Measurements) else read_measurements(
         [data] if isinstance(data, str | Path) else list(data))  # fmt: skip

@@ -110,7 +110,7 @@ def _text(value: Any, names: set[str], found: Makings) -> str:
     plain = getattr(value, "py_func", value)  # of what numba compiled by itself
     if isfunction(plain):
         _take_function(plain, found)
-        return f"function {value.__module__}.{value.__qualname__}"
+        return f"function {value.__module__}.{value.__qualname__} {getattr(value, 'targetoptions', '')}"
     if ismodule(value):
         return repr(_module_text(value, names, found))
     if isinstance(value, bool | int | float | complex | str | bytes | type(None) | type(Ellipsis)):
@@ -119,7 +119,8 @@ def _text(value: Any, names: set[str], found: Makings) -> str:
         content = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
         return f"array {value.dtype.str} {np.shape(value)} {content}"
     if isinstance(value, tuple | list):
-        return f"{type(value).__name__} {[_text(item, names, found) for item in value]}"
+        fields = getattr(value, "_fields", "")  # of a NamedTuple
+        return f"{type(value).__name__} {fields} {[_text(item, names, found) for item in value]}"
     if isinstance(value, Mapping):
         return f"table {[(_text(key, names, found), _text(item, names, found)) for key, item in value.items()]}"
     if isbuiltin(value) or isinstance(value, np.ufunc) or getattr(value, "__module__", "") in ("builtins", "numpy"):

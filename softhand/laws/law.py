@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,14 +9,14 @@ from math import cos, pi, sin
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numba import carray, cfunc, float64, njit, types
-from numba.core.errors import NumbaError
+from numba import carray, cfunc, float64, types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
+from softhand.laws.formula import check_formulas, uncompilable
 from softhand.laws.key import make_compilable
 from softhand.numerics.compiled import kernel_folder
 from softhand.settings.settings import Settings
@@ -132,14 +131,9 @@ def compile_law(law: Law) -> CompiledLaw:
         LawError: the formula uses what numba cannot compile, takes other arguments than the law has fields, or does
             not return four (or sixteen) numbers.
     """
-    if not hasattr(law, "force"):
-        raise LawError(
-            f"law '{type(law).__name__}' has no formula; write the static method `force`.", law=type(law).__name__
-        )
+    check_law(law)
     parameters = law.parameters()
     n_arguments = len(LEADING[law.coordinates]) + len(parameters)
-    name = type(law).__name__
-    _check_formula(law, n_arguments)
     try:
         force = _compile_formula(law.force, *make_compilable(law.force), n_arguments, 4)
         if law.stiffness is None:
@@ -147,58 +141,21 @@ def compile_law(law: Law) -> CompiledLaw:
             stiffness = _compile_differences(law.force, *make_compilable(law.force), n_arguments, is_polar)
         else:
             stiffness = _compile_formula(law.stiffness, *make_compilable(law.stiffness), n_arguments, 16)
-    except NumbaError as error:
-        raise LawError(
-            f"law '{name}': its formula cannot be compiled: {_reason(law, n_arguments) or error}. "
-            "Write it with plain numbers, `if` and the functions of `math`.",
-            law=name,
-        ) from error
+    except Exception as error:  # numba raises of many kinds
+        raise uncompilable(law, error) from error
     return CompiledLaw(force, stiffness, parameters)
 
 
-def _check_formula(law: Law, n_arguments: int) -> None:
-    """The formula runs in plain Python on a small deformation and returns the right count of numbers."""
+def check_law(law: Law) -> None:
+    """Refuse a law whose formulas cannot be used, before anything is done with it.
+
+    Raises:
+        LawError: as `compile_law`; but what only the compiler refuses is not found.
+    """
     name = type(law).__name__
-    formulas: list[tuple[Callable[..., Any], int]] = [(law.force, 4)]
-    if law.stiffness is not None:
-        formulas.append((law.stiffness, 16))
-    small = law.radius * np.array([1e-2, 1e-3, 1e-3])
-    leading = (small[0], 1e-3, 1e-3, 1e-3, 1.0) if law.coordinates == "polar" else (*small, 1e-3, 0.0, 0.5)
-    arguments = (*leading, *law.parameters())
-    for formula, n_results in formulas:
-        try:
-            inspect.signature(formula).bind(*arguments)
-        except TypeError as error:
-            names = ", ".join((*LEADING[law.coordinates], *dict(law)))
-            raise LawError(
-                f"law '{name}': {formula.__name__} must take {names} ({n_arguments} numbers): {error}.",
-                law=name,
-            ) from error
-        results = np.asarray(formula(*arguments), dtype=float)
-        if results.shape != (n_results,) or not np.all(np.isfinite(results)):
-            raise LawError(
-                f"law '{name}': {formula.__name__} must return {n_results} finite numbers, got {results.tolist()} "
-                f"at ({', '.join(LEADING[law.coordinates])}) = ({', '.join(f'{value:g}' for value in leading)}).",
-                law=name,
-            )
-        if formula is law.force and results[0] < 0.0:
-            raise LawError(
-                f"law '{name}': its normal force is {results[0]:.3g} N at dr = {1e3 * leading[0]:.3g} mm; a compressed "
-                "tip must push. Turn the sign of the first number that `force` returns.",
-                law=name,
-            )
-
-
-def _reason(law: Law, n_arguments: int) -> str:
-    """What numba says of the first formula that it refuses, in one line."""
-    for formula in filter(None, (law.force, law.stiffness)):
-        try:
-            njit(formula).compile((float64,) * n_arguments)
-        except NumbaError as error:
-            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-            place = next((line.removesuffix(":") for line in lines if line.startswith("File ")), "")
-            return f"{lines[min(1, len(lines) - 1)]} ({place})"
-    return ""
+    if law.coordinates not in LEADING:
+        raise LawError(f"law '{name}': its coordinates {law.coordinates!r} are none of {', '.join(LEADING)}.", law=name)
+    check_formulas(law, LEADING[law.coordinates])
 
 
 _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))

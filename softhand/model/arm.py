@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pinocchio as pin
 
+from softhand.model.chain import POINT, Chain, reach
+from softhand.model.nearest import draw_near
 from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root, nearest_root
 
 REACHED = 1e-9  # [m]
 _STARTS = 12
-_POINT = 3  # coordinates of a point
 
 
 class Arm:
@@ -21,11 +22,13 @@ class Arm:
 
     Attributes:
         q: configuration of the last `move`, shape (nq,).
+        limits: lower and upper limit of each joint [rad or m], shape (2, n).
     """
 
     def __init__(self, world: World) -> None:
         self.world = world
         self.q = pin.neutral(world.model)
+        self.limits = np.array(world.position_limits)
         self._data = world.model.createData()
 
     def move(self, angles: Array) -> None:
@@ -56,7 +59,7 @@ class Arm:
 
         Joints that move several tips (a wrist) stay where they are. Starts from `angles`, then from other ones. A
         finger of more than three joints reaches a point in many ways; the one nearest to `wish` is taken, each joint
-        measured by its range.
+        measured by its range. The arm is left at the angles that are returned.
 
         Args:
             index: of the tip.
@@ -67,8 +70,23 @@ class Arm:
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
+        chain, trial = self.world.chains[index], angles.copy()
+        gap = float(reach(chain, target, trial, self.limits, REACHED))
+        if gap <= REACHED and (wish is None or self._draw_near(chain, target, trial, wish)):
+            angles[:] = trial
+        else:
+            gap = self.reach_anyhow(index, target, angles, wish)
+        self.move(angles)
+        return gap
+
+    def _draw_near(self, chain: Chain, target: Array, angles: Array, wish: Array) -> bool:
+        is_redundant = np.count_nonzero(chain.kinds[:, 2]) > POINT
+        return not is_redundant or bool(draw_near(chain, target, angles, wish, self.limits, REACHED))
+
+    def reach_anyhow(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
+        """As `reach`, without haste: where Newton's iteration fails, a trust region from other starts."""
         columns = self.own_columns(index)
-        lower, upper = (limit[columns] for limit in self.world.position_limits)
+        lower, upper = (limit[columns] for limit in self.limits)
         trial = angles.copy()
 
         def miss(values: Array) -> Array:
@@ -83,7 +101,7 @@ class Arm:
         within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
         others = np.random.default_rng(0).uniform(*within, (_STARTS, len(columns)))
         values, gap = find_root(miss, slope, [angles[columns], *others], lower, upper, REACHED)
-        if gap <= REACHED and wish is not None and len(columns) > _POINT:
+        if gap <= REACHED and wish is not None and len(columns) > POINT:
             values = nearest_root(miss, slope, values, wish[columns], lower, upper, REACHED)
         if gap <= REACHED:
             angles[columns] = values

@@ -48,8 +48,25 @@ class ObjectModel:
             ModelError: it has no shape that can be held.
         """
         model = build_model(self.urdf)
+        self.weigh(model)
+        return model, self.shape(model)
+
+    def weigh(self, model: pin.Model) -> None:
+        """Put the mass, if there is one, on the last joint of a model that has it as in the URDF."""
         if self.mass is not None:
-            inertia = model.inertias[1]
-            scale = self.mass / inertia.mass
-            model.inertias[1] = pin.Inertia(self.mass, inertia.lever, scale * inertia.inertia)
-        return model, read_shape(self.urdf, model, self.ellipsoid, self.hull)
+            set_mass(model, self.mass)
+
+    def shape(self, model: pin.Model) -> Shape:
+        """Its shape in the frame of the free-flyer; the model is that of its URDF alone.
+
+        Raises:
+            ModelError: it has none that can be held.
+        """
+        return read_shape(self.urdf, model, self.ellipsoid, self.hull)
+
+
+def set_mass(model: pin.Model, mass: float) -> None:
+    """Set the mass of the body on the last joint [kg], and scale its inertia alike."""
+    joint = model.njoints - 1
+    inertia = model.inertias[joint]
+    model.inertias[joint] = pin.Inertia(mass, inertia.lever, mass / inertia.mass * inertia.inertia)

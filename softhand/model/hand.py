@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pinocchio as pin
 
 from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.mounting import ZERO, TipPlace, mounted, with_tips
-from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf, Vector3
 
 
@@ -50,14 +49,30 @@ class HandModel:
         Raises:
             ModelError: the file cannot be used, or a tip has no link to sit on.
         """
-        urdf = mounted(Urdf.read(file, replace(HAND, effort_counts=effort_limit is None)), position, rpy)
-        urdf = with_tips(urdf, [tip for tip in tips if isinstance(tip, TipPlace)])
+        bare = Urdf.read(file, replace(HAND, effort_counts=effort_limit is None))
+        places = [
+            replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
+        ]
+        urdf = _placed(bare, _numbers(position), _numbers(rpy), tuple(places))
         return cls(urdf, tuple(tip if isinstance(tip, str) else tip.name for tip in tips), effort_limit)
 
-    def build(self) -> pin.Model:
-        """Its Pinocchio model."""
-        model = build_model(self.urdf)
-        if self.effort_limit is not None:
-            model.upperEffortLimit = np.full(model.nv, self.effort_limit)
-            model.lowerEffortLimit = -model.upperEffortLimit
-        return model
+    def limit_efforts(self, model: pin.Model) -> None:
+        """Put the effort limit, if there is one, on the joints of a model, which are the first of it."""
+        if self.effort_limit is None:
+            return
+        n = sum(joint.is_moving for joint in self.urdf.tree.joints)
+        for bound, sign in (("upperEffortLimit", 1.0), ("lowerEffortLimit", -1.0)):
+            limits = getattr(model, bound).copy()
+            limits[:n] = sign * self.effort_limit
+            setattr(model, bound, limits)
+
+
+def _numbers(vector: Vector3) -> Vector3:
+    x, y, z = (float(number) for number in vector)
+    return x, y, z
+
+
+@lru_cache(maxsize=16)
+def _placed(urdf: Urdf, position: Vector3, rpy: Vector3, tips: tuple[TipPlace, ...]) -> Urdf:
+    """The hand with mount and tips: the same object for the same hand, so that what is made of it can be kept."""
+    return with_tips(mounted(urdf, position, rpy), tips)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import pinocchio as pin
 
+from softhand.model.compiled_snapshot import room_for_terms
+from softhand.model.snapshot import Terms
+from softhand.model.tree import Tree, read_tree
 from softhand.numerics.arrays import Array
 
 
@@ -18,6 +23,15 @@ class RigidTerms:
 
     def __reduce__(self) -> tuple[type[RigidTerms], tuple[pin.Model]]:
         return RigidTerms, (self._model,)
+
+    @cached_property
+    def compiled(self) -> tuple[Tree, Terms]:
+        """What `rigid.rigid_terms` needs for this model, and room for its results.
+
+        Raises:
+            ModelError: the model has a joint that the kernel does not know.
+        """
+        return read_tree(self._model), room_for_terms(self._model)
 
     def mass_matrix(self, q: Array) -> Array:
         """M, both triangles, shape (nv, nv).

@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from softhand.errors import ModelError
 from softhand.model.body import ObjectModel
-from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
+from softhand.model.chain import Chain
+from softhand.model.configuration import ADDITIVE, CONTINUOUS
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
+from softhand.model.joined import Tip, columns_of, find_frame, join_models
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape
 from softhand.model.urdf.urdf import Urdf
@@ -25,21 +27,6 @@ FREE_FLYER_SIZE = 6
 """Velocities of the object."""
 POSE_SIZE, QUATERNION_SIZE = 7, 4
 """Of the object at the end of a configuration."""
-
-
-@dataclass(frozen=True)
-class Tip:
-    """Where a soft fingertip sits: its frame F in the frame of the joint that carries it."""
-
-    name: str
-    joint: int
-    """Index of the Pinocchio joint."""
-    rotation: NDArray[np.float64]
-    """Axes of F in the joint frame, shape (3, 3)."""
-    position: NDArray[np.float64]
-    """Origin of F in the joint frame [m], shape (3,)."""
-    columns: tuple[int, ...]
-    """Velocity indices of the joints that move this tip, from the base outward."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +41,10 @@ class World:
     shape: Shape
     """Of the object."""
     joint_names: tuple[str, ...]
+    joints: NDArray[np.int64]
+    """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
+    chains: tuple[Chain, ...]
+    """The joints that carry each tip, for kernels."""
     hand: Urdf
     """With its mount and the tips that were placed."""
     object: Urdf
@@ -89,7 +80,7 @@ class World:
         Raises:
             ModelError: the hand has no such link or frame.
         """
-        frame = _find_frame(self.model, name, self.hand_urdf, self.object_joint)
+        frame = find_frame(self.model, name, self.hand_urdf, self.object_joint)
         return frame.parentJoint, pin.SE3(frame.placement)
 
     @property
@@ -121,14 +112,13 @@ class World:
     def position_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper limit of each joint [rad or m], infinite for continuous ones, each of shape (n,)."""
         lower, upper = np.full(self.n_joints, -np.inf), np.full(self.n_joints, np.inf)
-        for kind, i, j in self.joints[:-1]:
-            if kind == ADDITIVE:
-                lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
+        _, i, j = self.joints[:-1][self.joints[:-1, 0] == ADDITIVE].T
+        lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
         return lower, upper
 
     def set_joint_position(self, angles: NDArray[np.float64], q: NDArray[np.float64]) -> None:
         """Write joint angles [rad or m], shape (n,), into a configuration of the model, shape (nq,)."""
-        for kind, i, j in self.joints[:-1]:
+        for kind, i, j in self._rows:
             if kind == CONTINUOUS:
                 q[i : i + 2] = np.cos(angles[j]), np.sin(angles[j])
             else:
@@ -147,12 +137,10 @@ class World:
         q[-POSE_SIZE:-QUATERNION_SIZE] = position
         q[-QUATERNION_SIZE:] = pin.Quaternion(rotation).coeffs()
 
-    @property
-    def joints(self) -> NDArray[np.int64]:
-        """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
-        kinds = {1: ADDITIVE, 2: CONTINUOUS, 7: FREE_FLYER}
-        rows = [(kinds[joint.nq], joint.idx_q, joint.idx_v) for joint in list(self.model.joints)[1:]]
-        return np.array(rows, dtype=np.int64)
+    @cached_property
+    def _rows(self) -> list[list[int]]:
+        rows: list[list[int]] = self.joints[:-1].tolist()
+        return rows
 
     @property
     def bodies(self) -> NDArray[np.void]:
@@ -175,30 +163,32 @@ class World:
         return first
 
 
-def load_world(hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0.0, 0.0, -9.81)) -> World:
+def load_world(
+    hand: HandModel, body: ObjectModel, gravity: Sequence[float] = (0.0, 0.0, -9.81), shape: Shape | None = None
+) -> World:
     """Hand and object appended into one model.
 
     Args:
         hand: where it stands, with its tips.
         body: the object.
         gravity: in the world frame [m/s^2].
+        shape: of the object, if it is known from another world of the same object.
 
     Raises:
         ModelError: a tip is no frame of the hand, or the object has no usable shape.
     """
-    fingers, (flyer, shape) = hand.build(), body.build()
-    tips = tuple(_find_tip(fingers, name, hand.urdf.file) for name in hand.tips)
-    names = tuple(fingers.names)[1:]
-    _make_names_distinct(fingers, flyer)
-    model = pin.appendModel(fingers, flyer, 0, pin.SE3.Identity())
+    joined = join_models(hand.urdf, hand.tips, body.urdf)
+    model = pin.Model(joined.model)
+    hand.limit_efforts(model)
+    body.weigh(model)
     model.gravity.linear = np.asarray(gravity, dtype=float)
-    return World(model, tips, shape, names, hand.urdf, body.urdf)
+    shape = shape or body.shape(joined.flyer)
+    return World(model, joined.tips, shape, joined.joint_names, joined.joints, joined.chains, hand.urdf, body.urdf)
 
 
 def own_columns(world: World, index: int) -> list[int]:
     """Velocity indices of the joints that move only this tip."""
-    shared = {column for k, tip in enumerate(world.tips) if k != index for column in tip.columns}
-    return [column for column in world.tips[index].columns if column not in shared]
+    return columns_of(world.tips, index)
 
 
 def slides_of(world: World) -> NDArray[np.bool_]:
@@ -216,41 +206,3 @@ def joints_of(world: World, q: Array) -> Array:
         own = q[joint.idx_q : joint.idx_q + joint.nq]
         angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
     return angles
-
-
-def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
-    """Rename what Pinocchio could not tell apart in one model; it finds joints by names of their own."""
-    flyer = next(frame for frame in body.frames if frame.type == pin.FrameType.JOINT)
-    others = {*hand.names, *(frame.name for frame in [*hand.frames, *body.frames] if frame.type != flyer.type)}
-    while flyer.name in others:
-        flyer.name = body.names[1] = f"object {flyer.name}"
-    links = {frame.name for frame in hand.frames if frame.type == pin.FrameType.BODY}
-    for frame in hand.frames:
-        if frame.type != pin.FrameType.BODY and frame.name in links:
-            frame.name = f"joint {frame.name}"
-    taken = {frame.name for frame in hand.frames}
-    for frame in body.frames:
-        if frame.type == pin.FrameType.BODY and frame.name in taken:
-            frame.name = f"object {frame.name}"
-
-
-def _find_tip(hand: pin.Model, name: str, file: Path) -> Tip:
-    frame = _find_frame(hand, name, file, hand.njoints)
-    if frame.parentJoint == 0:
-        raise ModelError(f"{file}: the tip '{name}' is fixed to the base; no joint moves it.", file=str(file))
-    chain = list(hand.supports[frame.parentJoint])[1:]
-    columns = tuple(hand.joints[index].idx_v for index in chain)
-    return Tip(name, frame.parentJoint, frame.placement.rotation.copy(), frame.placement.translation.copy(), columns)
-
-
-def _find_frame(model: pin.Model, name: str, file: Path, n_joints: int) -> pin.Frame:
-    """The frame of that name at one of the first joints; Pinocchio gives no error for an unknown one."""
-    frames = [frame for frame in model.frames if frame.parentJoint < n_joints]
-    links = [frame.name for frame in frames if frame.type == pin.FrameType.BODY]
-    found = [frame for frame in frames if frame.name == name]
-    if not found:
-        raise ModelError(
-            f"{file}: no link or frame is called '{name}'. The hand has the links {', '.join(links)}.", file=str(file)
-        )
-    # a joint may have the name of a link, and then not that of the link that it carries
-    return next((frame for frame in found if frame.type == pin.FrameType.BODY), found[0])

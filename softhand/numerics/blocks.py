@@ -114,7 +114,10 @@ def _item(sums: Sums, memory: int, begin: int, dtype: Any, shape: Any, strides: 
     if fixed is None or place in sums.memory:
         return sums.read(kind, place)
     if kind == REAL:
-        return float(fixed) if is_structure(np.float64(fixed).view(np.int64)) else sums.read(kind, place)
+        if not is_structure(np.float64(fixed).view(np.int64)):
+            return sums.read(kind, place)
+        sums.taken_for_granted.add(place)
+        return float(fixed)
     count = Count(fixed)
     if abs(count) > LARGEST_COUNT:
         count.at = sums.step(kind, "load", kind, place, 0)

@@ -36,12 +36,12 @@ class File:
 
     def load(self, key: Any) -> Any:
         try:
-            sealed = self._file(key).read_bytes()
+            sealed = _read_own(self._file(key))
         except OSError:
             return None
         content = sealed[_DIGEST:]
         if hashlib.sha256(content).digest() != sealed[:_DIGEST]:
-            _warn_once(f"compiled code in {self._folder.parent} was damaged; what was is made anew.")
+            _warn_once(f"compiled code in {self._folder.parent} was damaged or not yours; it is made anew.")
             return None
         name, data = pickle.loads(content)
         return data if name == self._name(key) else None
@@ -68,6 +68,14 @@ class File:
     def _file(self, key: Any) -> Path:
         digest = hashlib.sha256(self._name(key).encode()).hexdigest()[:24]
         return self._folder / f"{self._base}.{digest}.nbc"
+
+
+def _read_own(file: Path) -> bytes:
+    """The content of a file that only the user can have written; none of another, which might be anybody's."""
+    status = file.lstat()
+    if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid() or status.st_mode & 0o022:
+        return b""
+    return file.read_bytes()
 
 
 class _Keeper(caching.FunctionCache):

@@ -102,6 +102,120 @@ def least_norm(A, transposed, b, x):
 
 
 @compiled
+def least_norm_columns(A, B, X):
+    """X = A^+ B, column by column as `least_norm`.
+
+    Args:
+        A: shape (m, n).
+        B: shape (m, k).
+        X: result, shape (n, k).
+    """
+    m, n = A.shape
+    by_rows = m <= n
+    size = min(m, n)
+    gram, well, y = np.empty((size, size)), np.empty((size, size)), np.empty(size)
+    _gram(A, by_rows, gram)
+    for i in range(size):
+        for j in range(size):
+            well[i, j] = gram[i, j]
+    is_well = _factor_well(well)
+    for k in range(B.shape[1]):
+        if by_rows:
+            for i in range(size):
+                y[i] = B[i, k]
+        else:
+            _times(A, True, B[:, k], y)
+        if is_well:
+            _substitute(well, y)
+        else:
+            _solve_semidefinite(gram, y)
+        if by_rows:
+            _times(A, True, y, X[:, k])
+        else:
+            for i in range(size):
+                X[i, k] = y[i]
+
+
+@compiled
+def truncated_solution(A, b, share, x):
+    """x = A^+ b, singular values of A below a share of the largest counted as zero.
+
+    By the eigenvectors of A A^T or A^T A, whichever is smaller, for shares that are far above the root of the rounding.
+
+    Args:
+        A: shape (m, n).
+        b: shape (m,).
+        share: of the largest singular value.
+        x: result, shape (n,).
+    """
+    m, n = A.shape
+    by_rows = m <= n
+    size = min(m, n)
+    gram, V, y, w = np.empty((size, size)), np.empty((size, size)), np.empty(size), np.zeros(size)
+    _gram(A, by_rows, gram)
+    if by_rows:
+        for i in range(size):
+            y[i] = b[i]
+    else:
+        _times(A, True, b, y)
+    _diagonalize(gram, V)
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, gram[k, k])
+    for k in range(size):
+        if gram[k, k] > share * share * largest:
+            along = 0.0
+            for i in range(size):
+                along += V[i, k] * y[i]
+            for i in range(size):
+                w[i] += V[i, k] * along / gram[k, k]
+    if by_rows:
+        _times(A, True, w, x)
+    else:
+        for i in range(size):
+            x[i] = w[i]
+
+
+@compiled
+def _diagonalize(S, V):
+    """S = V D V^T of a symmetric matrix, by turns of Jacobi; D replaces S."""
+    n = S.shape[0]
+    for i in range(n):
+        for j in range(n):
+            V[i, j] = 1.0 if i == j else 0.0
+    for _ in range(30):
+        off, own = 0.0, 0.0
+        for i in range(n):
+            own += S[i, i] * S[i, i]
+            for j in range(i):
+                off += S[i, j] * S[i, j]
+        if not off > 1e-28 * own:
+            return
+        for q in range(n):
+            for p in range(q):
+                if S[p, q] != 0.0:
+                    _turn(S, V, p, q)
+
+
+@compiled
+def _turn(S, V, p, q):
+    """The turn in the plane of p and q that makes S_pq zero."""
+    ratio = 0.5 * (S[q, q] - S[p, p]) / S[p, q]
+    t = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(ratio * ratio + 1.0))
+    c = 1.0 / math.sqrt(t * t + 1.0)
+    s = t * c
+    for k in range(S.shape[0]):
+        a, b = S[k, p], S[k, q]
+        S[k, p], S[k, q] = c * a - s * b, s * a + c * b
+    for k in range(S.shape[0]):
+        a, b = S[p, k], S[q, k]
+        S[p, k], S[q, k] = c * a - s * b, s * a + c * b
+        a, b = V[k, p], V[k, q]
+        V[k, p], V[k, q] = c * a - s * b, s * a + c * b
+    S[p, q] = S[q, p] = 0.0
+
+
+@compiled
 def _times(A, transposed, b, y):
     """y = A b, or A^T b."""
     m, n = A.shape

@@ -94,6 +94,7 @@ def _try(matrix, number):
     return matrix[1, 2] + number
 
 
+_MOST = 512  # dtypes
 _kinds: dict[Any, Kind] = {}
 _dtypes: dict[int, np.dtype[Any]] = {}  # kept, so that no other can get the number of one
 
@@ -109,6 +110,9 @@ def kind_of(argument: Any) -> Kind:
     else:
         return numba.typeof(argument)
     if key not in _kinds:
+        if len(_dtypes) > _MOST:
+            _kinds.clear()
+            _dtypes.clear()
         _kinds[key] = numba.typeof(argument)
     return _kinds[key]
 

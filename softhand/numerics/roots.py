@@ -38,7 +38,7 @@ def find_root(
         infinite where the excess is not a number at any start.
     """
     starts = list(starts)
-    point = _newton(excess, slope, starts[0])
+    point = newton(excess, slope, starts[0])
     if _is_inside(point, lower, upper) and np.linalg.norm(excess(point)) <= tolerance:
         return point, float(np.linalg.norm(excess(point)))
     # Imported here, since it takes a third of the start-up time and is seldom needed.
@@ -51,7 +51,7 @@ def find_root(
             found = least_squares(excess, inside, slope, bounds=(lower, upper), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
         except (ValueError, np.linalg.LinAlgError):  # not a number, here or on the way
             continue
-        polished = _newton(excess, slope, found)  # to the last digit, which the trust region leaves
+        polished = newton(excess, slope, found)  # to the last digit, which the trust region leaves
         for point in (found, polished):
             left = float(np.linalg.norm(excess(point)))
             if _is_inside(point, lower, upper) and left < least:
@@ -128,8 +128,8 @@ def _step(value: Array, J: Array, point: Array, aim: Array, size: Array, lower: 
     return step
 
 
-def _newton(excess: Callable[[Array], Array], slope: Callable[[Array], Array], start: Array) -> Array:
-    """Newton's iteration with steps of least norm, until it gets no closer."""
+def newton(excess: Callable[[Array], Array], slope: Callable[[Array], Array], start: Array) -> Array:
+    """Newton's iteration with steps of least norm, until it gets no closer; what it does not need to move stays."""
     point, left = start.copy(), math.inf
     for _ in range(_ITERATIONS):
         value = excess(point)

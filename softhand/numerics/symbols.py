@@ -29,6 +29,7 @@ class Sums:
         memory: what places of arrays hold now, as far as the kernel has read or written them.
         written: kind of each place that was written.
         scratch: numbers of memories of which nothing is read later.
+        taken_for_granted: places whose numbers belong to the structure, and must stay what they are.
     """
 
     def __init__(self) -> None:
@@ -37,6 +38,7 @@ class Sums:
         self.memory: dict[Place, Any] = {}
         self.written: dict[Place, str] = {}
         self.scratch: set[int] = set()
+        self.taken_for_granted: set[Place] = set()
         self._known: dict[tuple[Any, ...], Symbol] = {}
 
     def step(self, kind: str, *step: Any) -> Symbol:
@@ -56,6 +58,8 @@ class Sums:
 
     def write(self, kind: str, place: Place, value: Any) -> None:
         """Another number at a place."""
+        if place in self.taken_for_granted:
+            raise NotStraightError("a number of the structure that changes")
         self.memory[place], self.written[place] = self.converted(kind, value), kind
 
     def results(self) -> list[tuple[Place, str]]:
@@ -73,14 +77,14 @@ class Sums:
         return self.step(kind, word if kind == REAL else "zext", own, value, kind)
 
     def call(self, address: Any, read: list[Place] | Symbol, written: list[Place]) -> None:
-        """Code at an address, which reads numbers from the first of these places on and writes to others.
+        """Code at an address, which reads numbers from the first of these places on, and reads and writes others.
 
         Args:
             address: number of an earlier step.
             read: or the address of what nothing but such code writes to.
             written: of the places.
         """
-        for place in read if isinstance(read, list) else ():
+        for place in [*(read if isinstance(read, list) else ()), *written]:
             if place in self.written:
                 self.step("", "store", REAL, place, self.memory[place], len(self.steps))
         self.step("", "call", address, read[0] if isinstance(read, list) else read, written[0], len(self.steps))

@@ -86,7 +86,7 @@ def _draw_sweep(upper: Axes, lower: Axes, fit: Fit, sweep: Sweep) -> None:
     places = np.unique(np.round(x, 6))
     groups = [force[np.isclose(x, place)] for place in places]
     mean = np.array([group.mean() for group in groups])
-    reach = [mean - [group.min() for group in groups], [group.max() for group in groups] - mean]
+    reach = np.maximum(0.0, [mean - [group.min() for group in groups], [group.max() for group in groups] - mean])
     lowest, highest = min(0.0, places.min()), places.max()
     line = np.linspace(lowest, highest + 0.06 * (highest - lowest), 100)
     settings = np.tile(sweep.held, (len(line), 1))

@@ -101,6 +101,14 @@ def joints_of_fingers(joints: Sequence[str], tips: Sequence[str]) -> list[list[i
     return hand
 
 
+def torque_and_unit(recording: Recording, joints: Sequence[int]) -> tuple[str, str]:
+    """What is drawn of the effort of some joints, and its unit: torque of those that turn, force of slides."""
+    units = recording.units("joint_torque")
+    found = sorted({units[joint % len(units)] for joint in joints}, reverse=True)
+    words = {"N m": "torque", "N": "force"}
+    return ", ".join(words[unit] for unit in found), ", ".join(found)
+
+
 def finger_name(tip: str) -> str:
     """What the finger of a tip is called in legends."""
     return tip.removesuffix("_tip").replace("_", " ")

@@ -13,7 +13,14 @@ from matplotlib.lines import Line2D
 
 from softhand.numerics.arrays import Array
 from softhand.plots.panels import draw_legend, panel, plot_fingers, split, warn, widen
-from softhand.plots.quantities import BEYOND_LIMIT, FRICTION_TOP, contact_quantities, finger_name, joints_of_fingers
+from softhand.plots.quantities import (
+    BEYOND_LIMIT,
+    FRICTION_TOP,
+    contact_quantities,
+    finger_name,
+    joints_of_fingers,
+    torque_and_unit,
+)
 from softhand.plots.style import DASHED, ON_TOP, WARNING, finger_color
 from softhand.recording.events import find_events
 from softhand.recording.recorded import is_coulomb
@@ -45,18 +52,19 @@ def draw_contacts(figure: Figure, place: SubplotSpec, recording: Recording) -> N
 
 
 def _finish_friction(axes: Axes, recording: Recording) -> None:
-    """The limit, and the use of the limit surface where friction has one."""
+    """The limit, and the use of the limit surface of force and torsion, if it is recorded."""
     use = recording["friction_use"]
-    if is_coulomb(recording):
-        use = recording["limit_surface_use"]
-        axes.set_ylabel("use, coupled dotted [-]")
-        _add_coupled(axes, recording, use)
-    _mark_friction(axes, recording.time, use)
+    if "limit_surface_use" in recording.variables:
+        coupled = recording["limit_surface_use"]
+        use = coupled if is_coulomb(recording) else np.fmax(use, coupled)
+        axes.text(0.02, 0.03, "dotted: with torsion", transform=axes.transAxes, size=7.5, color="0.3")
+        _add_coupled(axes, recording, coupled)
+    _mark_friction(axes, recording, use)
 
 
 def _add_coupled(axes: Axes, recording: Recording, use: Array) -> None:
-    """The use of the limit surface, dotted, and a mark on the limit for each event at a contact."""
-    events = find_events(recording)
+    """The use of the limit surface, dotted; where friction has a limit, a mark on it for each event at a contact."""
+    events = find_events(recording) if is_coulomb(recording) else []
     for i, finger in enumerate(recording.labels["contact"]):
         color = finger_color(i)
         axes.plot(recording.time, use[:, i], color=color, lw=1.0, ls=":")
@@ -65,16 +73,19 @@ def _add_coupled(axes: Axes, recording: Recording, use: Array) -> None:
             axes.plot(times, np.ones(len(times)), mark, color=color, ms=4, zorder=ON_TOP)
 
 
-def _mark_friction(axes: Axes, time: Array, use: Array) -> None:
-    """Draw the limit 1, cut the axis off above `FRICTION_TOP`, and fill what is above 1."""
-    highest = float(np.max(np.nan_to_num(use, posinf=np.inf), initial=0.0))
+def _mark_friction(axes: Axes, recording: Recording, use: Array) -> None:
+    """Draw the limit 1, cut the axis off above `FRICTION_TOP`, fill what is above 1 and say where that was."""
+    known = np.nan_to_num(use, posinf=np.inf)
+    highest = float(np.max(known, initial=0.0))
     axes.set_ylim(0.0, min(max(1.15 * highest, 1.2), FRICTION_TOP))
     axes.axhline(1.0, color="black", lw=0.8, ls=DASHED)
     if highest > BEYOND_LIMIT:
-        worst = np.minimum(np.max(use, axis=1), 2.0 * FRICTION_TOP)
+        time, worst = recording.time, np.minimum(np.max(use, axis=1), 2.0 * FRICTION_TOP)
         axes.fill_between(time, 1.0, worst, where=worst > 1.0, color=WARNING, alpha=0.3, lw=0)
-        reached = "no normal force" if np.isinf(highest) else f"up to {highest:.3g}"
-        warn(axes, f"above 1: {reached}")
+        sample, contact = np.unravel_index(int(np.argmax(known)), known.shape)
+        reached = "no normal force" if np.isinf(highest) else f"{highest:.3g}"
+        where = f"{finger_name(recording.labels['contact'][contact])}, {time[sample]:.3g} s"
+        warn(axes, f"above 1 a real tip slips: {reached} ({where})")
 
 
 def _draw_torques(figure: Figure, place: SubplotSpec, recording: Recording) -> None:
@@ -83,9 +94,10 @@ def _draw_torques(figure: Figure, place: SubplotSpec, recording: Recording) -> N
     hand = joints_of_fingers(recording.labels["joint"], recording.labels["contact"])
     ranks = max(map(len, hand))
     for k, spot in enumerate(split(place, 1, ranks, wspace=0.31 + 0.1 * (ranks > 3))):
-        axes = panel(figure, spot, f"torque, joint {k + 1} [N m]", bottom=True, title="" if k else "Joints")
         fingers = [finger for finger, joints in enumerate(hand) if k < len(joints)]
         joints = [hand[finger][k] for finger in fingers]
+        what, unit = torque_and_unit(recording, joints)
+        axes = panel(figure, spot, f"{what}, joint {k + 1} [{unit}]", bottom=True, title="" if k else "Joints")
         plot_fingers(axes, recording.time, torque[:, joints], fingers)
         widen(axes, 0.1)
         _mark_limits(axes, recording.time, torque[:, joints], limited[:, joints])

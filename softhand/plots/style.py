@@ -51,6 +51,7 @@ STYLE: Any = {
     "legend.fontsize": 8.0,
     "savefig.dpi": 150,
     "svg.fonttype": "none",
+    "text.parse_math": False,  # a dollar in a name is a dollar
     "svg.hashsalt": "softhand",
     "pdf.fonttype": 42,
 }

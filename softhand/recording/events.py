@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.errors import RecordingError
 from softhand.recording.recording import Recording
+from softhand.settings.wording import show
 
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
 _TOGETHER = 0.005  # [s] within which places of the object that meet the table, or leave it, are one event
@@ -47,8 +49,8 @@ presses rolls off a face; `joint limit` is a joint beyond its stop, which a run 
 
 def find_events(recording: Recording) -> list[Event]:
     """The events of a run in the order of time, from its arrays alone; arrays that it lacks have no events."""
-    finders = _phases, _touches, _support_touches, _slips, _edges, _apexes, _torque_limits, _joint_limits
-    found = [event for finder in finders for event in finder(recording)]
+    there = recording.variables.keys()
+    found = [event for finder, needed in _FINDERS if there >= set(needed) for event in finder(recording)]
     if not recording.complete:
         found.append(Event(recording.stop_time, "stopped", "", recording.reason))
     return sorted(found, key=lambda event: event.time)
@@ -66,11 +68,18 @@ def phases_as_text(phases: Sequence[tuple[str, float]]) -> str:
 
 def phases_of(recording: Recording) -> list[tuple[str, float, float]]:
     """Name, begin and end [s] of the phases of a run, as far as it went."""
-    begun = [
-        phase for phase in json.loads(str(recording.attributes.get("phases", "[]"))) if phase[1] <= recording.stop_time
-    ]
+    begun = [phase for phase in _begun(recording) if phase[1] <= recording.stop_time]
     ends = [time for _, time in begun[1:]] + [recording.stop_time]
     return [(name, begin, end) for (name, begin), end in zip(begun, ends, strict=False)]
+
+
+def _begun(recording: Recording) -> list[tuple[str, float]]:
+    text = recording.attributes.get("phases", "[]")
+    try:
+        return [(str(name), float(begin)) for name, begin in json.loads(str(text))]
+    except (ValueError, TypeError, RecursionError) as error:
+        message = f"The attribute 'phases' of the recording is {show(text)}; it must be JSON, a name and a time each."
+        raise RecordingError(message, file=None) from error
 
 
 def _phases(recording: Recording) -> Iterator[Event]:
@@ -80,8 +89,6 @@ def _phases(recording: Recording) -> Iterator[Event]:
 
 def _touches(recording: Recording) -> Iterator[Event]:
     """Touch and lift-off; a tip that presses from the start does not touch."""
-    if "contact_force" not in recording.variables:
-        return
     yield from _pressing_ends(recording, recording.labels["contact"], recording.contact_force[:, :, 2])
 
 
@@ -98,8 +105,6 @@ def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np
 
 def _support_touches(recording: Recording) -> Iterator[Event]:
     """The same of the supports; places of the object that meet the table together, or leave it, are one event of it."""
-    if "support_force" not in recording.variables:
-        return
     places: dict[str, list[Event]] = {"touch": [], "lift-off": []}
     names, tips = recording.labels["support"], {_TABLE + tip for tip in recording.labels["contact"]}
     for event in _pressing_ends(recording, names, recording.support_force[:, :, 2]):
@@ -119,8 +124,6 @@ def _support_touches(recording: Recording) -> Iterator[Event]:
 
 
 def _slips(recording: Recording) -> Iterator[Event]:
-    if "is_slipping" not in recording.variables:
-        return
     for i, finger in enumerate(recording.labels["contact"]):
         for first, last in _spans(recording.is_slipping[:, i] != 0, recording.time):
             force, share = recording.contact_force[first, i], recording.friction_use[first, i]
@@ -139,8 +142,6 @@ def _slips(recording: Recording) -> Iterator[Event]:
 
 def _edges(recording: Recording) -> Iterator[Event]:
     """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
-    if not {"contact_feature", "contact_rotation", "object_rpy"} <= recording.variables.keys():
-        return
     pressing = recording.deformation[:, :, 0] > 0.0
     for i, finger in enumerate(recording.labels["contact"]):
         feature = np.where(pressing[:, i], recording.contact_feature[:, i], 0)
@@ -174,8 +175,6 @@ def _normal(recording: Recording, sample: int, contact: int) -> NDArray[np.float
 
 def _apexes(recording: Recording) -> Iterator[Event]:
     """Theta jumps where the contact rolls over the apex of the tip."""
-    if "contact_angles" not in recording.variables:
-        return
     turn = np.abs(np.diff(recording.contact_angles[:, :, 0], axis=0))
     off = np.abs(0.5 * np.pi - recording.contact_angles[:, :, 1])
     passed = (np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN) & (np.maximum(off[1:], off[:-1]) > _AT_APEX)
@@ -185,24 +184,29 @@ def _apexes(recording: Recording) -> Iterator[Event]:
 
 
 def _torque_limits(recording: Recording) -> Iterator[Event]:
-    if "torque_limited" not in recording.variables:
-        return
+    units = _joint_units(recording, "joint_torque")
     for i, joint in enumerate(recording.labels["joint"]):
         for first, last in _spans(recording.torque_limited[:, i] != 0, recording.time):
             samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
-            figures = f"{recording.joint_torque[first, i]:.3g} N m, {samples} sample{'s' if samples > 1 else ''}"
+            figures = f"{recording.joint_torque[first, i]:.3g} {units[i]}, {samples} sample{'s' if samples > 1 else ''}"
             yield Event(_time(recording, first), "torque limit", joint, figures)
 
 
 def _joint_limits(recording: Recording) -> Iterator[Event]:
-    if "joint_limited" not in recording.variables:
-        return
+    units = _joint_units(recording, "joint_position")
     for i, joint in enumerate(recording.labels["joint"]):
         for side, name in ((1, "upper"), (-1, "lower")):
             for first, last in _spans(recording.joint_limited[:, i] == side, recording.time):
                 angle = recording.joint_position[first : last + 1, i]
-                figures = f"at {angle[0]:.4g} beyond the {name} limit, at most {side * np.max(side * angle):.4g}"
+                most = f"{side * np.max(side * angle):.4g} {units[i]}"
+                figures = f"at {angle[0]:.4g} {units[i]} beyond the {name} limit, at most {most}"
                 yield Event(_time(recording, first), "joint limit", joint, figures)
+
+
+def _joint_units(recording: Recording, name: str) -> tuple[str, ...]:
+    """Unit of an array of each joint."""
+    units = recording.units(name)
+    return units if len(units) > 1 else units * len(recording.labels["joint"])
 
 
 def _time(recording: Recording, sample: int | np.signedinteger) -> float:
@@ -216,3 +220,17 @@ def _spans(holds: NDArray[np.bool_], time: NDArray[np.float64]) -> list[tuple[in
         return []
     parts = np.flatnonzero(np.diff(time[samples]) > _GAP) + 1
     return [(int(part[0]), int(part[-1])) for part in np.split(samples, parts)]
+
+
+_FINDERS: tuple[tuple[Callable[[Recording], Iterator[Event]], tuple[str, ...]], ...] = (
+    (_phases, ()),
+    (_touches, ("contact_force",)),
+    (_support_touches, ("support_force",)),
+    (_slips, ("is_slipping", "contact_force", "friction_use", "limit_surface_use", "slip_travel", "slip_twist",
+              "slip_loss")),
+    (_edges, ("contact_feature", "contact_rotation", "object_rpy", "deformation", "contact_force")),
+    (_apexes, ("contact_angles", "deformation")),
+    (_torque_limits, ("torque_limited", "joint_torque")),
+    (_joint_limits, ("joint_limited", "joint_position")),
+)  # fmt: skip
+"""What finds events, and the arrays that it needs."""

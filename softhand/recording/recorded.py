@@ -9,7 +9,7 @@ from typing import Any
 
 from softhand.errors import RecordingError
 from softhand.recording.recording import Recording
-from softhand.settings.toml import tomllib
+from softhand.settings.toml import parse_toml
 
 _PLUGINS = ("controller", "reference", "stepper")
 
@@ -73,8 +73,8 @@ def recorded_table(recording: Recording) -> dict[str, Any]:
         RecordingError: its text is no TOML.
     """
     try:
-        return tomllib.loads(recording.scenario)
-    except (ValueError, RecursionError) as error:
+        return parse_toml(recording.scenario)
+    except ValueError as error:
         raise RecordingError(
             f"The recording cannot be computed anew, as its scenario cannot be read: {error}", file=None
         ) from error
@@ -88,8 +88,8 @@ def is_coulomb(recording: Recording) -> bool:
 @lru_cache(maxsize=16)
 def _parsed(text: str) -> RecordedScenario:
     try:
-        return RecordedScenario(tomllib.loads(text))
-    except (ValueError, RecursionError):
+        return RecordedScenario(parse_toml(text))
+    except ValueError:
         return RecordedScenario({})
 
 

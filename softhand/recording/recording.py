@@ -20,19 +20,17 @@ from typing import Any
 
 import numpy as np
 
-from softhand.errors import RecordingError
+from softhand.errors import MissingArrayError, RecordingError
 from softhand.numerics.arrays import AnyArray
+from softhand.recording.reading import RESERVED, read_fields
+from softhand.recording.units import units_along
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
-from softhand.recording.whole_file import write_whole
+from softhand.recording.whole_file import fill_whole, write_whole
 
 Attribute = float | int | str
-_MOST_COMPRESSED = 1100  # bytes in memory for one in the file; deflate reaches 1032
+_IN_MEMORY = 20_000_000  # bytes of a recording that is put together in memory before it is written
 _TITLE = "softhand: recording of a run"
 _REPORT = "softhand.viewer.report.report"  # by name, since it lies far above
-
-_RESERVED = (
-    "title", "softhand_version", "scenario", "complete", "reason", "stop_time", "hand_urdf", "object_urdf",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,14 +74,14 @@ class Recording:
         try:
             return self.variables[name]
         except KeyError:
-            raise KeyError(f"no array {name!r} in this recording; {_suggest(name, self.variables)}") from None
+            raise MissingArrayError(f"no array {name!r} in this recording; {_suggest(name, self.variables)}") from None
 
     def __getattr__(self, name: str) -> AnyArray:
         variables = self.__dict__.get("variables", {})  # not there yet while a copy is being unpickled
         if name in variables:
             array: AnyArray = variables[name]
             return array
-        raise AttributeError(f"no array or attribute {name!r} in this recording; {_suggest(name, variables)}")
+        raise MissingArrayError(f"no array or attribute {name!r} in this recording; {_suggest(name, variables)}")
 
     def __len__(self) -> int:
         return len(self.variables["time"])
@@ -93,8 +91,15 @@ class Recording:
         contacts = len(self.labels.get("contact", ()))
         return f"<Recording: {self.stop_time:g} s, {len(self)} samples, {contacts} contacts, {end}>"
 
+    def units(self, name: str) -> tuple[str, ...]:
+        """Unit of an array, or one for each place along its last dimension where they differ.
+
+        A joint that slides has m, m/s and N, as far as the URDF of the hand is in the recording.
+        """
+        return units_along(name, self.labels, self.hand_urdf)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write NetCDF-4, whole or not at all: first to PATH.partial, which then takes the name PATH.
+        """Write NetCDF-4, whole or not at all: first to a file beside it, which then takes the name PATH.
 
         Args:
             path: file to write; an older one is replaced.
@@ -102,7 +107,11 @@ class Recording:
         Raises:
             RecordingError: the file cannot be written.
         """
-        write_whole(Path(path), lambda: _to_netcdf(self))
+        size = sum(array.nbytes for array in self.variables.values())
+        if size <= _IN_MEMORY:
+            write_whole(Path(path), lambda: _to_netcdf(self))
+        else:
+            fill_whole(Path(path), lambda partial: _write_netcdf(self, partial), size)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one row a sample, with columns such as `object_position_x_m`, whole or not at all.
@@ -146,9 +155,9 @@ class Recording:
         try:
             if not path.is_file():
                 raise RecordingError("there is no such file" if not path.exists() else "it is not a file")
-            return _from_netcdf(path)
+            return cls(**read_fields(path))
         except Exception as error:  # HDF5 answers a damaged file with almost any type
-            why = "a part of it is missing" if "truncated file" in str(error) else error
+            why = "a part of it is missing" if "truncated file" in str(error) else str(error) or type(error).__name__
             raise RecordingError(
                 f"{path}: cannot be read as a recording: {why}; give the run.nc of a softhand run", file=path
             ) from error
@@ -204,7 +213,7 @@ def _checked_attributes(attributes: Mapping[str, Any]) -> dict[str, Attribute]:
     """Return the attributes as plain Python numbers and text."""
     plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in attributes.items()}
     for name, value in plain.items():
-        if name in _RESERVED:
+        if name in RESERVED:
             raise RecordingError(f"attribute {name!r} has a field of its own; choose another name")
         if not isinstance(value, (float, int, str)):
             raise RecordingError(f"attribute {name!r} is a {type(value).__name__}; allowed are float, int and str")
@@ -217,14 +226,19 @@ def _to_netcdf(recording: Recording) -> bytes:
     Built in memory: a full disk then fails in one plain write, where HDF5 would be left with a file it cannot close.
     Not compressed: deflate with shuffle takes 45 % longer and saves a fifth.
     """
+    buffer = io.BytesIO()
+    _write_netcdf(recording, buffer)
+    return buffer.getvalue()
+
+
+def _write_netcdf(recording: Recording, target: Path | io.BytesIO) -> None:
     # Imported here, since HDF5 takes 0.1 s to load and most commands do without.
     import h5netcdf
     import h5py
 
     used = {dim for name in recording.variables for dim in VARIABLES[name].dims[1:]}
     labels = {**recording.labels, **{dim: names for dim, names in COMPONENTS.items() if dim in used}}
-    buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
+    with h5netcdf.File(target, "w") as file:
         file.attrs.update(title=_TITLE, softhand_version=recording.version, scenario=recording.scenario)
         file.attrs.update(complete=int(recording.complete), reason=recording.reason)
         file.attrs.update(stop_time=float(recording.stop_time), **recording.attributes)
@@ -235,61 +249,14 @@ def _to_netcdf(recording: Recording) -> bytes:
             variable.attrs["long_name"] = f"label along {dim}"
         for name, array in recording.variables.items():
             variable = file.create_variable(name, VARIABLES[name].dims, data=array)
-            variable.attrs.update(units=VARIABLES[name].units, long_name=VARIABLES[name].long_name)
-    return buffer.getvalue()
-
-
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""First bytes of a NetCDF-4 file."""
-
-
-def _from_netcdf(path: Path) -> Recording:
-    import h5netcdf  # here for the reason given in _to_netcdf
-    import h5py
-
-    with path.open("rb") as content:
-        if content.read(len(_SIGNATURE)) != _SIGNATURE:
-            raise RecordingError("it is no NetCDF-4 file")
-    # An absolute path, because h5netcdf takes one that begins with "http" for an address.
-    with h5py.File(path.absolute(), "r") as hdf:
-        if "softhand_version" not in hdf.attrs or "time" not in hdf:
-            raise RecordingError("it was not written by softhand")
-        _refuse_what_is_elsewhere(hdf, path.stat().st_size)
-        with h5netcdf.File(hdf, "r", decode_vlen_strings=True) as file:
-            fields = dict(file.attrs)
-            return Recording(
-                variables={name: file[name][...] for name in VARIABLES if name in file.variables},
-                labels={dim: tuple(file[dim][...]) for dim in LABELLED_DIMS if dim in file.variables},
-                scenario=fields["scenario"],
-                version=fields["softhand_version"],
-                complete=bool(fields["complete"]),
-                reason=fields["reason"],
-                stop_time=float(fields["stop_time"]),
-                hand_urdf=fields.get("hand_urdf", ""),
-                object_urdf=fields.get("object_urdf", ""),
-                attributes={
-                    name: value for name, value in fields.items() if name not in _RESERVED and np.ndim(value) == 0
-                },
-            )
-
-
-def _refuse_what_is_elsewhere(hdf: Any, size: int) -> None:
-    """A recording has its arrays in its own file: no links or data in other files, no more than the file can hold."""
-    import h5py
-
-    needed = 0
-    for name in {*VARIABLES, *LABELLED_DIMS} & set(hdf):
-        item = hdf[name] if isinstance(hdf.get(name, getlink=True), h5py.HardLink) else None
-        if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
-            raise RecordingError(f"its array {name!r} is not in the file itself")
-        needed += item.size * item.dtype.itemsize
-    if needed > _MOST_COMPRESSED * size:
-        raise RecordingError(f"its arrays claim {needed:.3g} bytes, which a file of {size} bytes cannot hold")
+            units = recording.units(name)
+            key, value = ("units", units[0]) if len(units) == 1 else ("component_units", list(units))
+            variable.attrs.update({key: value, "long_name": VARIABLES[name].long_name})
 
 
 def _to_csv(recording: Recording) -> bytes:
     """Encode the recording as CSV, each float as the shortest text that reads back the same."""
-    header = [column for name in recording.variables for column in _columns(name, recording.labels)]
+    header = [column for name in recording.variables for column in _columns(name, recording)]
     samples = len(recording)
     columns = [
         c for array in recording.variables.values() for c in array.reshape(samples, prod(array.shape[1:])).T.tolist()
@@ -301,9 +268,8 @@ def _to_csv(recording: Recording) -> bytes:
     return text.getvalue().encode()
 
 
-def _columns(name: str, labels: Mapping[str, tuple[str, ...]]) -> list[str]:
+def _columns(name: str, recording: Recording) -> list[str]:
     """Name the columns of one variable: its name, the label along each dimension, and the unit."""
-    variable = VARIABLES[name]
-    units = variable.units.replace("/", "_per_").replace(" ", "_").split(",_")
-    cells = product(*(_labels_of(dim, labels) for dim in variable.dims[1:]))
+    units = [unit.replace("/", "_per_").replace(" ", "_") for unit in recording.units(name)]
+    cells = product(*(_labels_of(dim, recording.labels) for dim in VARIABLES[name].dims[1:]))
     return ["_".join((name, *cell, units[i % len(units)])).removesuffix("_1") for i, cell in enumerate(cells)]

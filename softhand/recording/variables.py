@@ -10,7 +10,8 @@ import numpy as np
 class Variable(NamedTuple):
     """What one array of a recording means.
 
-    Units that differ along the last dimension are listed in its order: "m, rad, rad, rad".
+    Units that differ along the last dimension are listed in its order: "m, rad, rad, rad". Those of joints are that of
+    one that turns and that of one that slides: "rad or m"; a recording knows which do, see `Recording.units`.
     """
 
     dims: tuple[str, ...]

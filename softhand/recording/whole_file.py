@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -25,6 +26,19 @@ def write_whole(path: Path, encode: Callable[[], bytes]) -> None:
         os.replace(partial, path)
 
 
+def fill_whole(path: Path, fill: Callable[[Path], None], size: int) -> None:
+    """The same for content that `fill` writes itself, of about so many bytes; without room for them it is not begun."""
+    with _partial(path) as partial:
+        partial.touch()
+        if shutil.disk_usage(partial.parent).free < size + _MARGIN:
+            raise OSError(errno.ENOSPC, f"{size / 1e6:.0f} MB are needed, and {os.strerror(errno.ENOSPC)}")
+        fill(partial)
+        os.replace(partial, path)
+
+
+_MARGIN = 10_000_000  # [bytes]
+
+
 def check_place(path: Path) -> None:
     """Refuse a path that cannot be written, before the work for its content is done."""
     with _partial(path) as partial:
@@ -34,7 +48,7 @@ def check_place(path: Path) -> None:
 @contextmanager
 def _partial(path: Path) -> Iterator[Path]:
     """A file beside PATH, gone at the end; what fails is told of PATH."""
-    partial = Path(f"{path}.partial")
+    partial = Path(f"{path}.{os.getpid()}.partial")  # two processes may write the same file
     try:
         if path.exists() and not path.is_file():  # a device or a pipe would be replaced by a file
             raise IsADirectoryError(errno.EISDIR, "it is a folder or a device")

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, as_numbers
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Desired:
     """What the reference asks for at one time; the arrays are live.
 
@@ -56,8 +56,13 @@ class Goal:
     acceleration: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "internal_force"):
-            object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+        for name in ("coordinates", "internal_force", "rate", "acceleration"):
+            value = getattr(self, name)
+            if value is not None or name in ("coordinates", "internal_force"):
+                numbers = as_numbers(value)
+                if numbers is None:
+                    raise ValueError(f"a goal has {value!r} as {name}, which is no array of real numbers")
+                object.__setattr__(self, name, numbers.copy())
 
     def row(self) -> Array:
         """All that references interpolate, in the order of `Desired`, shape (6 + pairs + 2,)."""

@@ -12,6 +12,7 @@ from softhand.numerics.rotations import rotation_vector, turning_to_rates
 from softhand.numerics.spatial import rotation_of
 from softhand.references.goal import Goal
 from softhand.references.legs import complete
+from softhand.settings.failures import failure
 
 _APART = 1e-4  # [s] between the times of a difference
 
@@ -34,8 +35,8 @@ def sample(name: str, at: Callable[[float], Goal], now: Array, twist: Array) -> 
             _fill(at, time, now, twist)
         except SofthandError:
             raise
-        except Exception as error:
-            what = f"fails: {error}" if isinstance(error, _Refused) else f"raised {type(error).__name__}: {error}"
+        except (Exception, SystemExit) as error:
+            what = f"fails: {error}" if isinstance(error, _Refused) else f"raised {failure(error)}"
             message = f"reference '{name}' {what} (at t = {time:g} s)."
             raise SimulationStopped(message, reason="reference", time=time) from error
 

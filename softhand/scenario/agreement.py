@@ -66,13 +66,14 @@ def check_tips(hand: HandSection, fingertip: FingertipSection) -> None:
         fingertip.at(tip)
 
 
-def check_times(duration: float, period: float, step: float) -> None:
-    """A whole number of steps makes a control period, a whole number of these the run.
+def check_times(duration: float, period: float, step: float, every: float | None = None) -> None:
+    """A whole number of steps makes a control period, a whole number of these the run and the time between samples.
 
     Args:
         duration: of the run [s].
         period: control period [s].
         step: of the stepper [s].
+        every: between two samples that are recorded [s].
 
     Raises:
         ScenarioError: no whole number, with the nearest good value; or far too many steps.
@@ -81,6 +82,8 @@ def check_times(duration: float, period: float, step: float) -> None:
     _check_whole("stepper.step", step, period / step, rule, lambda count: period / count)
     rule = f"be a whole number of control periods of {period:.12g} s"
     _check_whole("duration", duration, duration / period, rule, lambda count: period * count)
+    if every is not None:
+        _check_whole("record.every", every, every / period, rule, lambda count: period * count)
 
 
 def _desired_forces(reference: ReferenceSection) -> Iterator[tuple[str, tuple[float, ...]]]:

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from softhand.errors import ScenarioError
+from softhand.files import read_regular
 from softhand.scenario.packages import package_file
 from softhand.settings.settings import frozen
-from softhand.settings.toml import tomllib
+from softhand.settings.toml import LONGEST, parse_toml
 from softhand.settings.wording import nearest, show
 
 _PACKAGE = Path(__file__).parents[1]
-_LARGEST = 1_000_000  # bytes of a scenario
 
 
 def scenario_names() -> list[str]:
@@ -32,20 +32,22 @@ def resolve_path(urdf: str) -> Path:
     return package_file(urdf) if urdf.startswith("package:") else Path(_absolute(urdf, Path.cwd()))
 
 
-def parse_override(text: str) -> tuple[str, Any]:
+def parse_override(text: str, example: str = "object.mass=0.3") -> tuple[str, Any]:
     """Split `key=value`, as given on a command line; a value that is no TOML value and starts none is text.
+
+    Args:
+        text: to be split.
+        example: what one may look like there, for the message.
 
     Raises:
         ScenarioError: no `=`, nothing on one side of it, or a list, table or quoted text that does not end.
     """
     key, sign, value = (part.strip() for part in text.partition("="))
     if not (key and sign and value):
-        raise ScenarioError(
-            f"{show(text)} must have the form key=value, such as object.mass=0.3.", key=key, value=value
-        )
+        raise ScenarioError(f"{show(text)} must have the form key=value, such as {example}.", key=key, value=value)
     try:
-        table = tomllib.loads(f"value = {value}")
-    except (ValueError, RecursionError) as error:
+        table = parse_toml(f"value = {value}")
+    except ValueError as error:
         if value[0] not in "[{\"'":
             return key, value
         message = f"{key}: {show(value)} is no TOML value: {_reason(error)}."
@@ -73,24 +75,19 @@ def find_scenario(source: str | Path) -> Path:
 def read_toml(file: Path) -> dict[str, Any]:
     """Tables of a TOML file; ScenarioError says why it cannot be read, with line and column."""
     try:
-        if not file.is_file() and file.exists() and not file.is_dir():
-            raise _unreadable(file, "is no regular file; a .toml file is needed")  # a pipe would be waited for
-        with file.open("rb") as stream:
-            data = stream.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            raise _unreadable(file, f"is longer than {_LARGEST} bytes, which no scenario is")
-        text = data.decode("utf-8-sig")
+        text = read_regular(file, LONGEST).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise _unreadable(file, f"is not UTF-8 text: byte 0x{error.object[error.start]:02x} in line {line}") from error
     except FileNotFoundError as error:
         raise _unreadable(file, f"does not exist. Shipped scenarios: {', '.join(scenario_names())}") from error
-    except (OSError, ValueError) as error:
-        why = "is a directory; a .toml file is needed" if os.path.isdir(file) else f"cannot be read: {error}"
-        raise _unreadable(file, why) from error
+    except OSError as error:
+        raise _unreadable(file, f"cannot be read: {error}") from error
+    except ValueError as error:
+        raise _unreadable(file, f"{error}; a .toml file is needed") from error
     try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        return parse_toml(text)
+    except ValueError as error:
         raise _unreadable(file, f"is not TOML{_where(error, text)}: {_reason(error)}") from error
 
 
@@ -108,7 +105,7 @@ def _where(error: Exception, text: str) -> str:
 
 
 def _reason(error: Exception) -> str:
-    return "nested too deeply" if isinstance(error, RecursionError) else re.sub(r" \(at [^()]*\)$", "", str(error))
+    return re.sub(r" \(at [^()]*\)$", "", str(error))
 
 
 def _absolute(urdf: Any, folder: Path) -> Any:
@@ -150,4 +147,4 @@ def overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[s
 def _absolute_value(key: str, value: Any) -> Any:
     if key in ("hand.urdf", "object.urdf"):
         return _absolute(value, Path.cwd())
-    return with_absolute_paths({key: value}, Path.cwd())[key]
+    return with_absolute_paths({key: value}, Path.cwd())[key] if key in ("hand", "object") else value

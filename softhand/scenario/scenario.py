@@ -15,7 +15,14 @@ from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, Ta
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
 from softhand.scenario.keywords import full_keys
-from softhand.scenario.task import ControllerSection, GraspSection, PushSection, ReferenceSection, StepperSection
+from softhand.scenario.task import (
+    ControllerSection,
+    GraspSection,
+    PushSection,
+    RecordSection,
+    ReferenceSection,
+    StepperSection,
+)
 from softhand.settings.settings import Positive, Settings, Vector3, read_settings
 
 
@@ -53,13 +60,15 @@ class Scenario(Settings):
     """What disturbs the object or the hand."""
     stepper: StepperSection = StepperSection()
     """The time integration."""
+    record: RecordSection = RecordSection()
+    """What is recorded."""
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
         check_counts(self.hand, self.grasp, self.reference)
         check_opening(self.grasp, self.fingertip)
         check_tips(self.hand, self.fingertip)
-        check_times(self.duration, self.control_period, self.stepper.step)
+        check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
         return self
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from softhand.errors import ScenarioError
+from softhand.recording.variables import VARIABLES
 from softhand.references.legs import OrientationPath
 from softhand.references.waypoint import Waypoint
 from softhand.settings.problems import unknown_key
 from softhand.settings.settings import NonNegative, OpenSettings, Positive, Settings, Vector, Vector3
-from softhand.settings.wording import describe, nearest, show
+from softhand.settings.wording import choices, describe, nearest, show
 
 
 class GraspSection(Settings):
@@ -24,7 +25,7 @@ class GraspSection(Settings):
     opening: NonNegative = 0.0
     """How far off its contact point each tip starts, along the outward normal [m]; 0 is in the grasp."""
     joint_guess: Vector | None = None
-    """Where the inverse kinematics starts [rad], one number a joint; amid the limits if not given."""
+    """Where the inverse kinematics starts [rad or m], one number a joint; amid the limits if not given."""
 
 
 class ControllerSection(OpenSettings):
@@ -38,15 +39,15 @@ class ReferenceSection(OpenSettings):
     """What the controller is asked for, by the name of the reference, and its own parameters."""
 
     kind: str
-    """`step` asks for it at once, `minimum-jerk` goes there from the start, `waypoints` passes one by one."""
+    """`hold` stays, `step` asks for it at once, `minimum-jerk` goes there, `waypoints` passes one by one."""
     duration: Positive | None = None
     """Time to the target, 1 s if not given; of `minimum-jerk` only [s]."""
     object_position: Vector3 | None = None
-    """Target position, in the base frame [m]; not with `waypoints`."""
+    """Target position, in the base frame [m]; not with `waypoints` and `hold`."""
     object_rpy: Vector3 | None = None
-    """Target roll, pitch, yaw [rad]; not with `waypoints`."""
+    """Target roll, pitch, yaw [rad]; not with `waypoints` and `hold`."""
     internal_force: Vector | None = None
-    """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints`."""
+    """Target of the internal force, in the order of grasp.internal_force [N]; not with `waypoints` and `hold`."""
     waypoints: tuple[Waypoint, ...] = ()
     """Waypoints, one after the other."""
     orientation_path: OrientationPath | None = None
@@ -60,6 +61,9 @@ class ReferenceSection(OpenSettings):
             key, near = f"reference.{name}", nearest(name, type(self).model_fields)
             message = unknown_key(key, value, "reference", near and f"reference.{near}", type(self))
             raise ScenarioError(message, key=key, value=value)
+        if self.kind == "hold":
+            self._has_nothing_else()
+            return self
         target = ("object_position", "object_rpy", "internal_force")
         needed, other = (("waypoints",), target) if self.kind == "waypoints" else (target, ("waypoints",))
         for key in needed:
@@ -80,8 +84,18 @@ class ReferenceSection(OpenSettings):
                 )  # fmt: skip
         return self
 
+    def _has_nothing_else(self) -> None:
+        """A start that is kept is described by [object] and [grasp]."""
+        for key, value in self.model_dump(exclude={"kind"}).items():
+            if value:
+                raise ScenarioError(
+                    f'reference.{key}: "hold" keeps the start and has no {key}; remove it. From the command line: '
+                    "--set 'reference={kind=\"hold\"}'.",
+                    key=f"reference.{key}", value=value,
+                )  # fmt: skip
 
-_WITH_THESE_KEYS = ("step", "minimum-jerk", "waypoints")
+
+_WITH_THESE_KEYS = ("hold", "step", "minimum-jerk", "waypoints")
 
 
 class PushSection(Settings):
@@ -99,6 +113,24 @@ class PushSection(Settings):
     """When it begins [s]."""
     duration: Positive
     """How long it lasts [s]."""
+
+
+class RecordSection(Settings):
+    """What is recorded of a run."""
+
+    every: Positive | None = None
+    """Time between two samples, a whole number of control periods [s]; each control period if not given. The last
+    sample of a run is always recorded."""
+    variables: tuple[str, ...] | None = None
+    """Names of the variables; all if not given."""
+
+    @field_validator("variables")
+    @classmethod
+    def _are_variables(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for name in names or ():
+            if name not in VARIABLES:
+                raise ValueError(f"{show(name)} is no variable of a recording. {choices(name, list(VARIABLES))}")
+        return names
 
 
 class StepperSection(OpenSettings):

@@ -161,6 +161,29 @@ def pick(record: type[Any], views: Any, **renamed: str) -> Any:
     return record(*(getattr(views, renamed.get(name, name)) for name in record._fields))
 
 
+_NAMES = [*FIELDS, *SPANS, *(name for name, field in ALIASES.items() if field in FIELDS or field in SPANS)]
+_PREFIX = "Observed_"
+
+
+def observed_by(names: Iterable[str]) -> Any:
+    """A NamedTuple with these names of fields, for `pick`; the same names give the same class, in every process.
+
+    Machine code on disk belongs to such a class, so it must be found again by its name, which therefore tells what is
+    in it.
+    """
+    return __getattr__(f"{_PREFIX}{sum(1 << _NAMES.index(name) for name in set(names)):x}")
+
+
+def __getattr__(name: str) -> Any:
+    if not name.startswith(_PREFIX):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in globals():
+        mask = int(name.removeprefix(_PREFIX), 16)
+        names = [field for k, field in enumerate(_NAMES) if mask >> k & 1]
+        globals()[name] = namedtuple(name, names, module=__name__)
+    return globals()[name]
+
+
 @cache
 def beginnings(sizes: Sizes) -> dict[str, int]:
     """Where each field begins in the block."""

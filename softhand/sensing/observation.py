@@ -149,7 +149,7 @@ class Observation:
     def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
         views = fields(block, known.sizes)
         views.clock[0] = time
-        self.__dict__.update(fields=views, time=time, known=known)
+        self.__dict__.update(_views=views, time=time, known=known)
         if is_live:
             block = _read_only(block)
             views = fields(block, known.sizes)
@@ -167,8 +167,8 @@ class Observation:
 
     block: Array
     """All fields one behind the other, see `sensing.fields`."""
-    fields: Any
-    """The same by name, for kernels."""
+    _views: Any
+    """The same by name, for kernels, which take other machine code for arrays that can only be read."""
     known: Known
     """What is the same at all observations."""
     desired: Desired
@@ -190,17 +190,21 @@ class Observation:
     def __setattr__(self, name: str, value: Any) -> None:
         name = ALIASES.get(name, name)
         if name == "time":
-            self.__dict__["time"] = self.fields.clock[0] = float(value)
+            self._must_be_own(name)
+            self.__dict__["time"] = self._views.clock[0] = float(value)
         elif name == "desired":
             self._set_desired(value)
         elif name in FIELDS or name in SPANS:
-            if not self.__dict__[name].flags.writeable:
-                raise AttributeError(f"what is observed now can only be read; set {name!r} of observation.copy()")
+            self._must_be_own(name)
             self.__dict__[name][...] = value
         else:
             near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
             hint = f"; did you mean {near!r}?" if near else ""
             raise AttributeError(f"an observation has no field {name!r} that can be set{hint}")
+
+    def _must_be_own(self, name: str) -> None:
+        if not self.block.flags.writeable:
+            raise AttributeError(f"what is observed now can only be read; set {name!r} of observation.copy()")
 
     def _set_desired(self, desired: Desired) -> None:
         self.object_coordinates_desired = desired.coordinates

@@ -107,7 +107,7 @@ class Sensor:
         known = Known.of(plant, len(pairs))
         self.block = np.zeros(room(known.sizes))
         self.observation = Observation(known, self.block, is_live=True)
-        self.groups = tuple(pick(group, self.observation.fields) for group in GROUPS)
+        self.groups = tuple(pick(group, self.observation._views) for group in GROUPS)
         self._state: State | None = None
 
     def observe(self, state: State, time: float) -> Observation:
@@ -117,7 +117,7 @@ class Sensor:
         if not self._observe(True):
             self._plant.snapshot.sense(state.q)
             self._observe(False)
-        self.observation.time = time
+        self.observation.__dict__["time"] = self.observation._views.clock[0] = time
         return self.observation
 
     def _prepare(self, state: State) -> None:

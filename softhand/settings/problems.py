@@ -8,7 +8,9 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from softhand.settings.wording import as_key, describe, is_table, nearest, required, show
+from softhand.settings.wording import as_key, describe, is_table, nearest, required, short, show
+
+_MOST = 10  # keys that are told of
 
 
 def list_problems(
@@ -16,23 +18,29 @@ def list_problems(
 ) -> Iterator[tuple[str, Any, str]]:
     """Yield (key, value, message), one for each key at fault, unknown keys first.
 
-    Pydantic reports several errors for one key where it may be a number or a list; they make one message here.
+    Behind the first `_MOST` stands one that counts the others. Pydantic reports several errors for one key where it
+    may be a number or a list; they make one message here.
     """
     by_keys: dict[tuple[str, ...], list[Any]] = {}
     for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] != "extra_forbidden"):
         by_keys.setdefault(_locate(cls, detail["loc"])[1], []).append(detail)
-    excused = set()
-    for keys, details in by_keys.items():
+    excused, told = set(), 0
+    for done, (keys, details) in enumerate(by_keys.items()):
+        if told == _MOST:
+            yield path, None, f"And {len(by_keys) - done} more keys are wrong."
+            return
         model, _, field = _locate(cls, details[0]["loc"])
-        value, shown = _look_up(table, keys), [*([path] if path else []), *map(as_key, keys)]
+        value, shown = _look_up(table, keys), [*([path] if path else []), *(short(as_key(part)) for part in keys)]
         key, parent = ".".join(shown), ".".join(shown[:-1])
         if field is None and details[0]["type"] == "extra_forbidden":
             near = nearest(keys[-1], model.model_fields)
             excused.add((*keys[:-1], near))  # if it is missing, then because it is misspelt
             place, hint = (parent, near) if near else (path, _elsewhere(cls, keys[-1]))
             suggestion = f"{place}.{hint}".lstrip(".") if hint else None
+            told += 1
             yield key, value, unknown_key(key, value, parent, suggestion, model)
         elif keys not in excused or details[0]["type"] != "missing":
+            told += 1
             yield key, value, _wrong(key, value, field, _look_up(table, keys[:-1]), model, details)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Annotated, Any, TypeAlias, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
@@ -20,6 +21,12 @@ Gain: TypeAlias = NonNegative | Annotated[tuple[NonNegative, ...], Field(min_len
 
 _LARGEST = 1e15
 """Beyond it a square or a product soon is no number any more; no quantity of a hand comes near it in SI units."""
+_SMALLEST = 1e-30
+"""What is less and not zero has an inverse that is soon no number."""
+
+_OTHERS = frozenset((str, bool, type(None)))
+_PLAIN = _OTHERS | {float, int}
+"""Most values, which can be left as they are."""
 
 _SettingsT = TypeVar("_SettingsT", bound="Settings")
 
@@ -40,13 +47,14 @@ class Settings(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _freeze_arrays(cls, value: Any, info: ValidationInfo) -> Any:
-        annotation = cls.model_fields[info.field_name].annotation if info.field_name else None
-        if get_origin(annotation) is list:
+        if type(value) in _OTHERS or (info.field_name and _is_list(cls, info.field_name)):
             return value
         value = frozen(value)
         for number in _numbers_in(value):
             if _LARGEST < abs(number) <= sys.float_info.max:  # pydantic tells of what is no number
                 raise ValueError(f"{show(number)} is larger than {_LARGEST:g}; give SI units.")
+            if 0.0 < abs(number) < _SMALLEST:
+                raise ValueError(f"{show(number)} is smaller than {_SMALLEST:g}; give SI units, or 0.")
         return value
 
 
@@ -66,8 +74,15 @@ class OpenSettings(Settings):
         return dict(self.model_extra or {})
 
 
+@cache
+def _is_list(cls: type[BaseModel], name: str) -> bool:
+    return get_origin(cls.model_fields[name].annotation) is list
+
+
 def frozen(value: Any) -> Any:
     """Return the value with every list or NumPy array in it as a tuple, and NumPy scalars as plain numbers."""
+    if type(value) in _PLAIN:
+        return value
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | tuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 import types
 from collections.abc import Iterable, Iterator, Mapping
@@ -11,6 +12,9 @@ from typing import Annotated, Any, Literal, TypeGuard, Union, get_args, get_orig
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+
+_MOST_BITS = 1024  # of a whole number that is written out
+_LONGEST_KEY = 100  # letters
 
 
 def choices(word: str, words: Iterable[str]) -> str:
@@ -21,6 +25,8 @@ def choices(word: str, words: Iterable[str]) -> str:
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
     """Return the one of the words that looks most like the word, capitals ignored, or None."""
+    if len(word) > _LONGEST_KEY:
+        return None
     by_lower = {other.lower(): other for other in words}
     found = difflib.get_close_matches(word.lower(), by_lower, n=1)
     return by_lower[found[0]] if found else None
@@ -37,11 +43,18 @@ def _as_toml(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        return f"a whole number of {int(value.bit_length() * math.log10(2)) + 1} digits"  # str() refuses the longest
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_as_toml, value)) + "]"
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{as_key(key)} = {_as_toml(item)}" for key, item in value.items()) + "}"
     return str(value)
+
+
+def short(key: str) -> str:
+    """A key or another word of a stranger, cut to a length fit for a message."""
+    return key if len(key) <= _LONGEST_KEY else f"{key[: _LONGEST_KEY - 3]}..."
 
 
 def as_key(word: Any) -> str:

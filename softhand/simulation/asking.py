@@ -15,6 +15,7 @@ from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
+from softhand.settings.failures import failure
 
 
 class Actuators:
@@ -90,7 +91,7 @@ class Asking:
                 self.memory = self._controller.start(observation)
                 self._has_started = True
             result = self._controller.torque(observation, self.memory)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise self._raised(error, observation.time) from error
         if not (type(result) is tuple and len(result) == 2):
             raise self.bad(
@@ -105,7 +106,7 @@ class Asking:
     def _checked(self, result: Any, time: float) -> Array:
         command = as_numbers(result)
         if command is None:
-            raise self.bad(f"returned {result!r} as torque, which is no array of numbers", time)
+            raise self.bad(f"returned {result!r} as torque, which is no array of real numbers", time)
         if command.shape != self._shape:
             raise self.bad(
                 f"returned a torque of shape {command.shape}: {command.tolist()}; the hand has {self._shape[0]} joints",
@@ -113,11 +114,11 @@ class Asking:
             )
         return command
 
-    def _raised(self, error: Exception, time: float) -> SofthandError:
+    def _raised(self, error: BaseException, time: float) -> SofthandError:
         """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
         if isinstance(error, ScenarioError | ControllerError):
             return error
-        return self.bad(f"raised {type(error).__name__}: {error}", time)
+        return self.bad(f"raised {failure(error)}", time)
 
     def bad(self, what: str, time: float) -> ControllerError:
         """The error for a controller at fault."""

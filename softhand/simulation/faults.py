@@ -56,7 +56,7 @@ def find_fault(v, pads, contacts, Theta):
     return HEALTHY, 0
 
 
-def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> SimulationStopped:
+def stopped(fault: int, finger: int, plant: Plant, last_good: float, is_limited: bool) -> SimulationStopped:
     """The error for what `find_fault` found.
 
     Args:
@@ -64,9 +64,10 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
         finger: at which contact.
         plant: with the contacts of the faulty state.
         last_good: time of the last sample without fault [s].
+        is_limited: whether the stepper is stable up to some step only.
     """
     if fault == DIVERGED:
-        return diverged("a velocity is beyond reason or not a number", last_good)
+        return diverged("a velocity is beyond reason or not a number", last_good, is_limited)
     contact, name = plant.contacts[finger], plant.contact_names[finger]
     if fault in (BROKEN, PULLS):
         return _bad_law(fault, plant, finger, last_good)
@@ -79,7 +80,7 @@ def stopped(fault: int, finger: int, plant: Plant, last_good: float) -> Simulati
     }[fault]
     return SimulationStopped(
         f"{name} {what} after t = {last_good:g} s; the fingertip model ends there. "
-        "If the motion was rough before, the step is too large for this stepper.",
+        "`softhand check` tells whether the step is too long for the stepper, or the loop grows by itself.",
         reason=_NAMES[fault],
         time=last_good,
         finger=name,
@@ -107,19 +108,20 @@ def _bad_law(fault: int, plant: Plant, finger: int, last_good: float) -> Simulat
     )
 
 
-def broken_down(error: FloatingPointError, plant: Plant, last_good: float) -> SimulationStopped:
+def broken_down(error: FloatingPointError, plant: Plant, last_good: float, is_limited: bool) -> SimulationStopped:
     """The error for a step that could not be made: of the law, if it is to blame."""
     blamed = np.flatnonzero(plant.contacts["is_broken"])
     if blamed.size:
         return _bad_law(BROKEN, plant, int(blamed[0]), last_good)
-    return diverged(str(error), last_good)
+    return diverged(str(error), last_good, is_limited)
 
 
-def diverged(why: str, last_good: float) -> SimulationStopped:
-    """The error for a run whose integration broke down."""
+def diverged(why: str, last_good: float, is_limited: bool) -> SimulationStopped:
+    """The error for a run whose integration broke down; see `stopped`."""
+    other = " for the stepper (midpoint is stable for stiff tips)," if is_limited else ""
     return SimulationStopped(
-        f"the run diverged ({why}); the last good time is t = {last_good:g} s. Try a smaller stepper.step, "
-        "the stepper midpoint, which is stable for stiff tips, or lower gains.",
+        f"the run diverged ({why}); the last good time is t = {last_good:g} s. `softhand check` tells whether "
+        f"stepper.step is too long{other} or the loop grows by itself.",
         reason="diverged",
         time=last_good,
     )

@@ -18,6 +18,10 @@ class Held:
 
     came: bool = False
 
+    def __call__(self, *_: object) -> None:
+        """As a handler of signals."""
+        self.came = True
+
 
 @contextmanager
 def interrupts_held() -> Iterator[Held]:
@@ -29,13 +33,30 @@ def interrupts_held() -> Iterator[Held]:
     if threading.current_thread() is not threading.main_thread():
         yield held
         return
-
-    def note(*_: object) -> None:
-        held.came = True
-
-    before = {number: signal.signal(number, note) for number in SIGNALS}
+    before = {number: signal.signal(number, held) for number in SIGNALS}
     try:
         yield held
     finally:
         for number, handler in before.items():
             signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Inside this context what is held around it raises KeyboardInterrupt again, also what has come already.
+
+    So a caller that holds all signals loses nothing between the end of the work in here and its own next line.
+    """
+    held = signal.getsignal(signal.SIGINT)
+    if not isinstance(held, Held) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    try:
+        for number in SIGNALS:
+            signal.signal(number, signal.default_int_handler)
+        if held.came:
+            raise KeyboardInterrupt
+        yield
+    finally:
+        for number in SIGNALS:
+            signal.signal(number, held)

@@ -64,7 +64,8 @@ class Pushes:
 
     def add(self, push: Push) -> None:
         """Another push, which `clear` ends."""
-        self._now = PushTable(*map(np.concatenate, zip(self._now, push_table(self._plant, [push]), strict=True)))
+        now, more = self._now, push_table(self._plant, [push])
+        self._now = PushTable(np.concatenate([now.rows, more.rows]), np.concatenate([now.moves, more.moves]))
         self.are_any = True
 
     def clear(self) -> None:

@@ -31,6 +31,10 @@ class Recorder:
             rows[count] = live
         self._count = count + 1  # last, so that an interrupted sample does not count
 
+    def clear(self) -> None:
+        """Begin anew with the first row."""
+        self._count = 0
+
     def __len__(self) -> int:
         return self._count
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from softhand.contact.pairs import contact_pairs
-from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.recording.events import events_as_text, find_events, phases_as_text
@@ -18,8 +17,13 @@ from softhand.sensing.fields import RECORDED, room, split
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.faults import out_of_range
 from softhand.simulation.finishing import finished
+from softhand.simulation.growing import Growing
+from softhand.simulation.interrupts import interrupts_held
+from softhand.simulation.keep import Keep
 from softhand.simulation.recorder import Recorder
 from softhand.version import __version__
+
+_CHUNK = 500  # samples that are put away at once
 
 
 class Samples:
@@ -33,50 +37,72 @@ class Samples:
         sensor: with the observation of each sample.
         torque: as applied, live, shape (n,).
         limited: 1 where an effort limit cut the command, live, shape (n,).
-        capacity: samples at most.
-        period: between two samples [s].
+        period: between two control periods [s].
+        keep: which variables are kept, and how often.
 
     Attributes:
-        turns: whole turns that angles had made at the first sample, by the name of their array; after `recording`, at
-            the last. A recording has angles that go on beyond one turn.
-
-    Raises:
-        ScenarioError: they do not fit into memory.
+        turns: whole turns that angles had made at the first sample, by the name of their array; at the end, at the
+            last. A recording has angles that go on beyond one turn.
+        largest_Phi: of each tip so far [rad], shape (nc,).
     """
 
     def __init__(
-        self, plant: Plant, sensor: Sensor, torque: Array, limited: AnyArray, capacity: int, period: float
+        self, plant: Plant, sensor: Sensor, torque: Array, limited: AnyArray, period: float, keep: Keep
     ) -> None:
-        self._plant, self._sizes, self._period = plant, sensor.observation.known.sizes, period
+        self._plant, self._sizes, self._period, self._keep = plant, sensor.observation.known.sizes, period, keep
+        self._k = np.zeros((), np.int64)
         live = {
+            "period": self._k,
             "observed": sensor.block[: room(self._sizes, RECORDED)],
             "joint_torque": torque,
             "torque_limited": limited,
             "external_force": plant.external,
         }
-        try:
-            self._recorder = Recorder(live, capacity)
-        except (MemoryError, ValueError) as error:
-            raise ScenarioError(
-                f"duration: {capacity:,} samples do not fit into memory ({error}); shorten duration or lengthen "
-                "control_period.",
-                key="duration",
-                value=(capacity - 1) * period,
-            ) from error
-        self.record = self._recorder.record
+        self._recorder, self._kept, self._count = Recorder(live, _CHUNK), Growing(), 0
         self.turns: dict[str, Array] = {}
+        self.largest_Phi = np.full(plant.world.n_tips, -np.inf)
+
+    def record(self, k: int, always: bool = False) -> None:
+        """Take the sample of a control period if it is one of those that are kept, or always."""
+        if always or k % self._keep.every == 0:
+            self._k[...] = k
+            self._recorder.record()
+            self._count += 1
+            if len(self._recorder) == _CHUNK:
+                self._put_away()
+
+    @property
+    def time(self) -> float:
+        """Of the last sample [s]."""
+        return round(int(self._k) * self._period, 12)
 
     def __len__(self) -> int:
-        return len(self._recorder)
+        return self._count
 
-    def contact_angles(self) -> Array:
-        """Theta and Phi of the tips so far [rad], shape (samples, nc, 2)."""
-        angles: Array = self._observed()["contact_angles"]
-        return angles
+    def _put_away(self) -> None:
+        """The last samples as variables."""
+        with interrupts_held() as held:
+            self._take_rows()
+        if held.came:
+            raise KeyboardInterrupt
+
+    def _take_rows(self) -> None:
+        rows = self._recorder
+        found = {
+            "time": np.round(rows["period"] * self._period, 12),
+            "joint_torque": rows["joint_torque"],
+            "torque_limited": rows["torque_limited"],
+            **split(rows["observed"], self._sizes, RECORDED),
+            "external_force": rows["external_force"],
+        }
+        self.largest_Phi = np.maximum(self.largest_Phi, found["contact_angles"][..., 1].max(axis=0, initial=-np.inf))
+        found = finished(found, self._plant, self.turns)
+        kept = {"time", *self._keep.variables}
+        self._kept.add({name: found[name].astype(VARIABLES[name].dtype) for name in found if name in kept})
+        rows.clear()
 
     def recording(
         self,
-        first: int,
         scenario: str,
         reason: str,
         phases: tuple[tuple[str, float], ...],
@@ -85,13 +111,12 @@ class Samples:
         """All samples so far as a recording.
 
         Args:
-            first: control periods before the first sample.
             scenario: TOML text that the run can be repeated from.
             reason: why it ended early; "" if it did not.
             phases: names and begins [s], from the reference.
             attributes: further figures.
         """
-        variables = self._variables(first)
+        variables = self._variables()
         recording = Recording(
             variables=variables,
             labels=labels_of(self._plant, "external_force" in variables),
@@ -109,27 +134,17 @@ class Samples:
         recording.attributes["events"] = events_as_text(find_events(recording))
         return recording
 
-    def _observed(self) -> dict[str, Any]:
-        """The fields of all samples, shape (samples, ...) each."""
-        return split(self._recorder["observed"], self._sizes, RECORDED)
-
-    def _variables(self, first: int) -> dict[str, AnyArray]:
-        count = len(self)
-        found: dict[str, AnyArray] = {
-            "time": np.round((first + np.arange(count)) * self._period, 12),
-            "joint_torque": self._recorder["joint_torque"],
-            "torque_limited": self._recorder["torque_limited"],
-            **self._observed(),
-        }
-        found = finished(found, self._plant, self.turns)
-        external = self._recorder["external_force"]
-        if np.any(external):
-            found["external_force"] = external
+    def _variables(self) -> dict[str, AnyArray]:
+        if len(self._recorder) or not self._count:
+            self._take_rows()
+        found = self._kept.arrays()
+        if not np.any(found.get("external_force", 0.0)):
+            found.pop("external_force", None)
         return {name: found[name] for name in VARIABLES if name in found}
 
     def _notes(self, variables: dict[str, AnyArray]) -> dict[str, str]:
         """What a reader of the recording must know of the fingertip law."""
-        if not len(self):
+        if not (len(self) and {"contact_angles", "deformation"} <= set(variables)):
             return {}
         Phi, dr = variables["contact_angles"][..., 1], variables["deformation"][..., 0]
         note = out_of_range(variables["time"], dr, Phi, self._plant)

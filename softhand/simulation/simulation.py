@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from softhand.controllers.controller import Controller
-from softhand.errors import ScenarioError, SimulationStopped
+from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
@@ -17,10 +18,12 @@ from softhand.recording.recording import Recording
 from softhand.references.reference import Motion
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
+from softhand.settings.failures import blaming, failure
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
-from softhand.simulation.interrupts import interrupts_held
+from softhand.simulation.interrupts import interruptible, interrupts_held
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
@@ -69,6 +72,7 @@ class Simulation:
         control_period: between two samples [s]; a whole number of steps.
         scenario: as the attribute.
         pushes: from outside, at times that are known.
+        keep: what is recorded of `run`; all variables, each control period, if None.
     """
 
     def __init__(
@@ -82,14 +86,18 @@ class Simulation:
         control_period: float,
         scenario: str = "",
         pushes: Sequence[Push] = (),
+        keep: Keep | None = None,
     ) -> None:
         self.plant, self.state, self.scenario, self.reference = plant, start.copy(), scenario, reference
         self._start, self._period = start, control_period
+        self._keep = keep or Keep.all()
         self._periods, self._steps = round(duration / control_period), round(control_period / stepper.step)
         self._step = stepper.step
+        self._is_limited = math.isfinite(stepper.stable_up_to)
         self._sensor = Sensor(plant, reference.desired)
         self.observation = self._sensor.observation
-        self.integration = stepper.start(plant)
+        with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
+            self.integration = stepper.start(plant)
         self._actuators = Actuators(self.integration.torque, self.observation.effort_limit)
         self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
         self._asking = Asking(controller, self._actuators.command) if controller else None
@@ -97,7 +105,8 @@ class Simulation:
         self._pushes = Pushes(plant, pushes)
         self._Theta = np.zeros(plant.world.n_tips)
         self._find_fault = prepared(find_fault, self.state.v, plant.pads, plant.contacts, self._Theta)
-        self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
+        with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
+            self.integration.advance(self.state, self.torque)  # compiles, so that no clock of a run counts it
         self.reset()
 
     def reset(self, state: State | None = None) -> None:
@@ -171,13 +180,13 @@ class Simulation:
         observation = self._sensor.observe(self.state, self.time)
         fault, finger = self._find_fault()
         if fault != HEALTHY:
-            raise stopped(fault, finger, self.plant, self._last_good())
+            raise stopped(fault, finger, self.plant, self._last_good(), self._is_limited)
         if self._asking is not None and self._k % self._stride == 0:
             self._asking.ask(observation)
             self._asked_at = self._k
             if not self._actuators.apply():
                 command = self._actuators.command.tolist()
-                raise self._asking.bad(f"returned a torque with NaN or infinity: {command} N m", self.time)
+                raise self._asking.bad(f"returned a torque with NaN or infinity: {command}", self.time)
         if self._pushes.are_any:
             self._pushes.apply(self.time, self.state.q)
         return observation
@@ -200,7 +209,14 @@ class Simulation:
                     self._pushes.apply(self.time + k * self._step, self.state.q)
                 self.integration.advance(self.state, self.torque)
         except FloatingPointError as error:
-            raise broken_down(error, self.plant, self.time) from error
+            raise broken_down(error, self.plant, self.time, self._is_limited) from error
+        except SofthandError:
+            raise
+        except Exception as error:
+            raise SimulationStopped(
+                f"stepper '{type(self.integration).__name__}' raised {failure(error)} (at t = {self.time:g} s).",
+                reason="stepper", time=self.time,
+            ) from error  # fmt: skip
         if self._pushes.are_any:
             self._pushes.clear()
             self.plant.external[:] = 0.0
@@ -232,41 +248,42 @@ class Simulation:
         """
         self.reset(start)
         first, last = self._k, self._periods if until is None else round(until / self._period)
-        count = max(last - first + 1, 0)
-        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, count, self._period)
-        samples.turns = dict(self._turns)
+        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, self._period, self._keep)
+        samples.turns, self._first = dict(self._turns), first
         self._began = clock.perf_counter()
         try:
-            for k in range(first, last + 1):
-                self.sample()
-                samples.record()
-                if k == first:
-                    self._began = clock.perf_counter()  # the first sample may compile the controller
-                if progress is not None and k % _REPORT_EVERY == 0:
+            with interruptible():
+                for k in range(first, last + 1):
+                    self.sample()
+                    samples.record(k, always=k == last)
+                    if k == first:
+                        self._began = clock.perf_counter()  # the first sample may compile the controller
+                    if progress is not None and k % _REPORT_EVERY == 0:
+                        progress(self.time)
+                    if watch is not None:
+                        watch(self.observation)
+                    if k < last:
+                        self.step()
+                if progress is not None:
                     progress(self.time)
-                if watch is not None:
-                    watch(self.observation)
-                if k < last:
-                    self.step()
+            with interrupts_held() as held:
+                recording = self._finish(samples, "")
         except SimulationStopped as stop:
-            stop.say_more(approach(samples.contact_angles()[:, :, 1], self.plant) if len(samples) else "")
-            stop.recording = self._finish(samples, first, str(stop))
+            with interrupts_held():
+                stop.say_more(approach(samples.largest_Phi[None], self.plant))
+                stop.recording = self._finish(samples, str(stop))
             raise
         except KeyboardInterrupt as interrupt:
-            time = round(self._period * (first + max(len(samples) - 1, 0)), 12)
+            time = samples.time
             message = f"interrupted at t = {time:g} s"
             with interrupts_held():
-                recording = self._finish(samples, first, message)
+                recording = self._finish(samples, message)
             raise SimulationStopped(message, recording=recording, reason="interrupted", time=time) from interrupt
-        with interrupts_held() as held:
-            recording = self._finish(samples, first, "")
         if held.came:
             raise SimulationStopped(
                 f"interrupted after the last sample, at t = {recording.stop_time:g} s; the run is complete",
                 recording=recording, reason="interrupted", time=recording.stop_time,
             )  # fmt: skip
-        if progress is not None:
-            progress(self.time)
         return recording
 
     def _resume(self, state: State, carried: Carried) -> None:
@@ -293,11 +310,11 @@ class Simulation:
         """Time of the previous sample [s]."""
         return round(max(self._k - 1, 0) * self._period, 12)
 
-    def _finish(self, samples: Samples, first: int, reason: str) -> Recording:
-        steps = max(len(samples) - 1, 0) * self._steps
+    def _finish(self, samples: Samples, reason: str) -> Recording:
+        steps = max(self._k - self._first, 0) * self._steps
         wall = max(clock.perf_counter() - self._began, 1e-9)
         figures = {"steps_per_second": steps / wall, "wall_time": wall}
-        recording = samples.recording(first, self.scenario, reason, self.reference.phases, figures)
+        recording = samples.recording(self.scenario, reason, self.reference.phases, figures)
         self._turns = samples.turns
         return recording
 

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip, memory_size
-from softhand.errors import GraspError
+from softhand.errors import GraspError, LawError
+from softhand.laws.law import CompiledLaw, Law, compile_law
 from softhand.model.arm import Arm
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
-from softhand.start.press import APEX, RIM, deform_tip
-from softhand.start.reach import initial_joints, millimetres, reach_point
+from softhand.start.finger import settle_finger
+from softhand.start.reach import initial_joints, millimetres
+from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
 
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
-_WISHES = 4  # turns of the start solver in which a redundant finger seeks the guess
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,11 @@ def solve_grasp(
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
-    for i in range(nc):
-        frame = rotation @ np.column_stack([fingertips[i].face.tangent, -fingertips[i].face.normal])
-        deformation[i], contact_angles[i], contact_force[i], law_force[i] = _settle(
-            arm, i, fingertips[i], points[i], frame, forces[i], angles
-        )
+    code = _compiled_laws(fingertips)
+    for i, fingertip in enumerate(fingertips):
+        frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
+        settled = Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i])
+        settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled)
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()
@@ -130,38 +131,10 @@ def solve_grasp(
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 
-def _settle(
-    arm: Arm, index: int, fingertip: Fingertip, point: Array, frame: Array, force: Array, angles: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Deformation, (Theta, Phi), contact force and force of the law of one finger; sets its joints in `angles`.
-
-    `frame` has as columns the tangent and the inward normal of the face in the world.
-    """
-    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
-    is_surface = law.coordinates == "surface"
-    tangent, z_C = frame.T
-    deformation = np.zeros(4)
-    for attempt in range(50):
-        # after a few of them the depth is all but found, and the finger only follows it to the last digit
-        wish = guess if attempt < _WISHES else None
-        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
-        _, axes = arm.tip(index)
-        u = axes.T @ z_C
-        Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
-        if not RIM < Phi < (math.inf if is_surface else APEX):
-            place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
-            raise GraspError(
-                f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
-                f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
-                "Move the object or the contact point.",
-                finger=name, quantity="Phi", value=Phi,
-            )  # fmt: skip
-        x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
-        y_C = np.cross(z_C, x_C)
-        bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
-        wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
-        previous = deformation
-        deformation = deform_tip(name, law, Phi, bearing, wanted / fingertip.damping.relaxed())
-        if np.max(np.abs(deformation - previous)) < 1e-14:
-            break
-    return deformation, np.array([Theta, Phi]), wanted, law(deformation, Phi, bearing)
+def _compiled_laws(fingertips: Sequence[Fingertip]) -> dict[Law, CompiledLaw]:
+    """Machine code of the laws; without those that cannot be compiled, which is told where they are to be."""
+    code = {}
+    for law in {fingertip.law for fingertip in fingertips}:
+        with suppress(LawError):
+            code[law] = compile_law(law)
+    return code

@@ -11,13 +11,17 @@ from softhand.errors import GraspError, LawError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
 from softhand.numerics.roots import find_root
-
-_ANSWERED = 1e-9  # of the force
-RIM = math.radians(1.0)
-
-APEX = math.radians(89.0)
-"""Phi of a start must lie between RIM and APEX: at 90 deg J_delta of the polar coordinates is singular. A law in
-surface coordinates needs no such limit at the apex."""
+from softhand.start.answering import (
+    ANSWERED,
+    DEEPER,
+    DEEPEST,
+    LEAST_DEPTH,
+    MOST_DEPTH,
+    MOST_SHEAR,
+    MOST_TORSION,
+    RIM,
+    SHALLOWEST,
+)
 
 
 def deform_tip(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -> Array:
@@ -37,9 +41,10 @@ def deform_tip(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -
     def slope(scaled: Array) -> Array:
         return np.column_stack([(excess(scaled + h) - excess(scaled - h)) / 2e-6 for h in 1e-6 * np.eye(4)])
 
-    lower, upper = np.array([1e-6, -1.5, RIM - Phi, -3.0]), np.array([0.95, 1.5, math.pi - RIM - Phi, 3.0])
+    lower = np.array([LEAST_DEPTH, -MOST_SHEAR, RIM - Phi, -MOST_TORSION])
+    upper = np.array([MOST_DEPTH, MOST_SHEAR, math.pi - RIM - Phi, MOST_TORSION])
     if is_surface:
-        lower[2], upper[2] = -1.5, 1.5
+        lower[2], upper[2] = -MOST_SHEAR, MOST_SHEAR
     depth = plain_depth(law, Phi, bearing, wanted[2])
     start = np.array([depth / law.radius, 0.0, 0.0, 0.0])
     if not np.all(np.isfinite(excess(start))):
@@ -48,8 +53,8 @@ def deform_tip(name: str, law: Law, Phi: float, bearing: float, wanted: Array) -
             "infinity; there is no start. Mend the formula, or lower grasp.internal_force.",
             law=type(law).__name__,
         )
-    scaled, left = find_root(excess, slope, [start], lower, upper, _ANSWERED)
-    if left > _ANSWERED:
+    scaled, left = find_root(excess, slope, [start], lower, upper, ANSWERED)
+    if left > ANSWERED:
         raise GraspError(
             f"{name}: no deformation of the tip answers with the force {np.round(wanted[:3], 3).tolist()} N "
             f"(the best is off by {left:.1e} of it). Lower grasp.internal_force or stiffen it.",
@@ -63,7 +68,7 @@ def plain_depth(law: Law, Phi: float, bearing: float, pressing: float) -> float:
 
     A law may have a second answer with less depth and much more shear, which a start from no depth would find.
     """
-    depth = 1e-3 * law.radius
-    while depth < 0.9 * law.radius and law([depth, 0.0, 0.0, 0.0], Phi, bearing)[0] < pressing:
-        depth *= 1.05
+    depth = SHALLOWEST * law.radius
+    while depth < DEEPEST * law.radius and law([depth, 0.0, 0.0, 0.0], Phi, bearing)[0] < pressing:
+        depth *= DEEPER
     return depth

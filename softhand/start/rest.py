@@ -13,7 +13,8 @@ from softhand.contact.pads import Support
 from softhand.errors import GraspError
 from softhand.model.shapes.face import Face
 from softhand.numerics.arrays import Array
-from softhand.numerics.roots import find_root
+from softhand.numerics.roots import find_root, newton
+from softhand.numerics.spatial import cross_matrix
 from softhand.plant.plant import Plant
 
 _MOVED = 1e-3  # [m] by which the object may be off the place where it rests
@@ -24,6 +25,8 @@ _STUCK = 1.0 - 1e-6  # use of the limit surface
 _LEVEL = 1e-9  # sine of the angle between gravity and the normal of the table
 _MOST_STEPS, _SMALL = 300, 2e-3  # of the settling; how long one is at most, in the same measure as the next
 _NEAR, _LEAST_DRAG = 1e-2, 1e-6
+_LET_GO = 4.0  # from one load to the next
+_CORRECTIONS = 3  # at each
 _STEP = 1e-6  # of derivatives, over the size of the object and in [rad]
 
 
@@ -74,12 +77,20 @@ def resting_pose(plant: Plant, q: Array) -> Rest:
     if left > 0.0 and "palm" in names:
         place.sticks = True
         step, left = _balance(place)
-    far = np.any(np.abs(step[:3]) > _MOVED / place.size) or np.any(np.abs(step[3:]) > _TILTED)
+    far = place.is_far(step)
     if left > 0.0 or far or place.slides(step):
+        told = f"it is {1e3 * abs(gap):.3g} mm {'above' if gap > 0.0 else 'deep in'} it where it is lowest"
+        remedy = (
+            f"put it there within {1e3 * _MOVED:g} mm, and within {math.degrees(_TILTED):.2g} deg of where it rests "
+            "and friction holds it"
+        )
+        if left == 0.0 and far:
+            x, y, z = place.moved(step)[0]
+            turn = round(math.degrees(float(np.linalg.norm(step[3:]))), 3)
+            told += f", and rests {1e3 * place.size * np.linalg.norm(step[:3]):.3g} mm and {turn:.2g} deg from there"
+            remedy += f"; its object.position is about [{x:.5g}, {y:.5g}, {z:.5g}]"
         raise GraspError(
-            f"the object does not stand on the {' and the '.join(names)} at object.position: it is {1e3 * gap:.3g} mm "
-            f"above it where it is lowest; put it there within {1e3 * _MOVED:g} mm, and within "
-            f"{math.degrees(_TILTED):.2g} deg of where it rests and friction holds it.",
+            f"the object does not stand on the {' and the '.join(names)} at object.position: {told}; {remedy}.",
             finger="", quantity="height", value=gap,
         )  # fmt: skip
     return place.rest(step)
@@ -89,6 +100,10 @@ def _balance(place: _Place) -> tuple[Array, float]:
     """The step to where nothing is left of the load, and 0; or what is left of it at best."""
     bound = np.array([_MOVED / place.size] * 3 + [_TILTED] * 3) + np.abs(place.first[:3]).max()
     balanced = _BALANCED + 10.0 * np.finfo(float).eps * float(np.linalg.norm(place.slope(place.first)))
+    for way in (lambda bound: place.first, place.unloaded):
+        step = newton(place.excess, place.slope, way(bound))
+        if not place.is_far(step) and np.linalg.norm(place.excess(step)) <= balanced:
+            return step, 0.0
     step, left = find_root(place.excess, place.slope, [place.first], -bound, bound, balanced)
     if left > balanced:
         step, left = find_root(place.excess, place.slope, [place.settled(bound)], -bound, bound, balanced)
@@ -103,6 +118,7 @@ class _Place:
         size: radius of gyration, about [m].
         first: the step at which it touches first.
         sticks: whether friction holds it where it touched first.
+        load: what it weighs, in multiples of its weight.
     """
 
     def __init__(self, plant: Plant, q: Array) -> None:
@@ -111,7 +127,8 @@ class _Place:
         g = float(np.linalg.norm(gravity))
         self.weight, self._down = float(inertia.mass) * g, gravity / g if g > 0.0 else gravity
         self.size = math.sqrt(float(np.trace(inertia.inertia)) / float(inertia.mass))
-        self.first, self.sticks = np.zeros(6), False
+        self.first, self.sticks, self.load = np.zeros(6), False, 1.0
+        self._step = _STEP
         self._position, self._rotation = world.object_position(q).copy(), world.object_rotation(q)
         self._q, self._lever = q.copy(), inertia.lever
         self._v, self._z = np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))
@@ -151,13 +168,16 @@ class _Place:
         forces = self._signs[:, None] * np.einsum("kab,kb->ka", contacts["rotation"], contacts["force"][:, :3])
         arms = contacts["point"] - position - rotation @ self._lever
         torsions = (self._signs * contacts["force"][:, 3])[:, None] * contacts["rotation"][:, :, 2]
-        moment = np.sum(np.cross(arms, forces) + torsions, axis=0)
-        return np.concatenate([forces.sum(axis=0) / self.weight + self._down, moment / (self.weight * self.size)])
+        moment = np.sum(np.einsum("kij,kj->ki", cross_matrix(arms), forces) + torsions, axis=0)
+        return np.concatenate(
+            [forces.sum(axis=0) / self.weight + self.load * self._down, moment / (self.weight * self.size)]
+        )
 
     def slope(self, step: Array) -> Array:
         """Derivatives of `excess`, by central differences, shape (6, 6)."""
-        ways = _STEP * np.eye(6)
-        return np.column_stack([(self.excess(step + way) - self.excess(step - way)) / (2.0 * _STEP) for way in ways])
+        h = self._step
+        ways = h * np.eye(6)
+        return np.column_stack([(self.excess(step + way) - self.excess(step - way)) / (2.0 * h) for way in ways])
 
     def settled(self, bound: Array) -> Array:
         """Near to where it comes to rest if it sinks slowly, in small steps; those of Newton go far on one corner."""
@@ -172,6 +192,29 @@ class _Place:
                 break
             step = step + ways @ (along / (np.maximum(values, 0.0) + drag))
         return np.clip(step, -bound, bound)
+
+    def unloaded(self, bound: Array) -> Array:
+        """Near to where it comes to rest if it is pressed onto all that may carry it, and let go little by little.
+
+        A light object on stiff feet sinks less than it is askew, so that its own weight does not bring the next foot
+        down.
+        """
+        step = self.first.copy()
+        step[:3] += _TILTED * self._down
+        self.load = 0.0
+        self.load = max(1.0, float(-self._down @ self.excess(step)[:3]))
+        self._step = min(_STEP, 0.1 * _TILTED / self.load)  # far less than it sinks under its own weight
+        while True:
+            for _ in range(_CORRECTIONS):
+                step = step - np.linalg.lstsq(self.slope(step), self.excess(step), rcond=1e-10)[0]
+            if self.load == 1.0 or np.any(np.abs(step) > bound + _TILTED):
+                self.load = 1.0
+                return np.clip(step, -bound, bound)
+            self.load = max(1.0, self.load / _LET_GO)
+
+    def is_far(self, step: Array) -> bool:
+        """Whether a step goes further than an object may be from where it rests."""
+        return bool(np.any(np.abs(step[:3]) > _MOVED / self.size) or np.any(np.abs(step[3:]) > _TILTED))
 
     def _touch(self, step: Array) -> None:
         """Evaluate the plant with the object there."""

@@ -11,8 +11,11 @@ from softhand.contact.grasp_map import grasp_map
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
 from softhand.model.arm import Arm
-from softhand.model.world import World
+from softhand.model.world import World, slides_of
 from softhand.numerics.arrays import Array
+from softhand.numerics.spatial import cross_matrix
+
+_FARTHEST = 1e6  # [m]
 
 
 def contact_forces(
@@ -36,11 +39,16 @@ def contact_forces(
     nc = len(points)
     inertia = world.model.inertias[world.object_joint]
     weight = -inertia.mass * world.model.gravity.linear
-    load = np.concatenate([weight, np.cross(rotation @ inertia.lever, weight)])
+    load = np.concatenate([weight, cross_matrix(rotation @ inertia.lever) @ weight])
     G = grasp_map(np.array(points) - position)
+    if not np.all(np.abs(G) <= _FARTHEST):
+        raise GraspError(
+            f"the contact points are {np.max(np.abs(G)):.3g} m away from the object; move them or the object.",
+            finger="", quantity="reach", value=float(np.max(np.abs(G))),
+        )  # fmt: skip
     carried = np.linalg.pinv(G, rcond=1e-9) @ load
     residual = G @ carried - load
-    if np.linalg.norm(residual) > 1e-9 * (1.0 + np.linalg.norm(load)):
+    if not np.linalg.norm(residual) <= 1e-9 * (1.0 + np.linalg.norm(load)):
         raise GraspError(
             f"the contacts cannot carry the object: {np.linalg.norm(residual[:3]):.3g} N and "
             f"{np.linalg.norm(residual[3:]):.3g} N m remain; move the contact points or add a finger.",
@@ -48,9 +56,10 @@ def contact_forces(
         )  # fmt: skip
     forces = carried.reshape(nc, 3).copy()
     for (i, j), magnitude in zip(contact_pairs(nc), np.asarray(internal_force, dtype=float), strict=True):
-        direction = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
-        forces[i] += magnitude * direction
-        forces[j] -= magnitude * direction
+        way = points[j] - points[i]
+        pull = magnitude * (way / np.linalg.norm(way))
+        forces[i] += pull
+        forces[j] -= pull
     return forces
 
 
@@ -79,8 +88,9 @@ def check_torques(arm: Arm, forces: Array, points: Sequence[Array]) -> None:
         torque += arm.point_jacobian(i, point).T @ force
     worst = int(np.argmax(np.abs(torque) / world.effort_limit))
     if abs(torque[worst]) > world.effort_limit[worst]:
+        unit = "N" if slides_of(world)[worst] else "N m"
         raise GraspError(
-            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} N m at the start; its effort limit is "
-            f"{world.effort_limit[worst]:.3g} N m. Lower grasp.internal_force or the object's mass.",
+            f"joint '{world.joint_names[worst]}' would need {torque[worst]:.3g} {unit} at the start; its effort limit "
+            f"is {world.effort_limit[worst]:.3g} {unit}. Lower grasp.internal_force or the object's mass.",
             finger=world.joint_names[worst], quantity="torque", value=float(torque[worst]),
         )  # fmt: skip

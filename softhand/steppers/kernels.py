@@ -12,6 +12,7 @@ from softhand.contact.damping import relax, relaxation_rate, slide
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
+from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
 from softhand.model.rigid import branch_terms, rigid_terms
 from softhand.model.snapshot import Terms
@@ -60,12 +61,14 @@ class Mechanics(NamedTuple):
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
-    nv, branches = plant.world.model.nv, branches_of(plant.snapshot.tree)
+    nv, snapshot = plant.world.model.nv, plant.snapshot
+    assert isinstance(snapshot, CompiledSnapshot)
+    branches = branches_of(snapshot.tree)
     return Mechanics(
-        plant.snapshot.tree,
+        snapshot.tree,
         plant.joints,
         plant.touching,
-        plant.snapshot.terms,
+        snapshot.terms,
         plant.envelope,
         plant.at,
         state.arrays,

@@ -13,10 +13,8 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +27,11 @@ from softhand.assembly.build import build
 from softhand.assembly.parts import read_controller, read_laws
 from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.plots.line_up import Lined, draw_line_up
-from softhand.plugins import find_plugin, load_plugin_files, plugin_files
+from softhand.plugins import find_plugin
 from softhand.recording.recording import Recording
 from softhand.scenario.file import parse_override
 from softhand.scenario.scenario import Scenario, as_scenario, with_law
+from softhand.studies.workers import WorkerLost, in_workers
 
 LINE_OF_WORK = (
     "regulation",
@@ -97,6 +96,13 @@ class Row:
         return tuple(map(_as_text, self.numbers()))
 
 
+def headings(rows: Sequence[Row]) -> tuple[str, ...]:
+    """`COLUMNS` for the hand of some rows: the effort of joints that slide is a force."""
+    units = next((row.recording.units("joint_torque") for row in rows if row.recording is not None), ("N m",))
+    unit = ", ".join(sorted(set(units), reverse=True))
+    return tuple(name.replace("[N m]", f"[{unit}]") for name in COLUMNS)
+
+
 def _as_text(value: float) -> str:
     if math.isnan(value) or math.isinf(value):
         return "-" if math.isnan(value) else "never"
@@ -127,7 +133,8 @@ def compare(
 
     Raises:
         ScenarioError: a name or a setting is wrong. A run that cannot begin, or stops, makes a row that says so.
-        SimulationStopped: interrupted by Ctrl-C; carries `.rows` with the runs done so far.
+        SimulationStopped: interrupted by Ctrl-C, or a process was ended by others; carries `.rows` with the runs done
+            so far.
     """
     task = as_scenario(scenario)
     cases = [(law, controller, _chosen(task, law, controller)) for law, controller in pairs(task, laws, controllers)]
@@ -140,6 +147,9 @@ def compare(
     except (SimulationStopped, KeyboardInterrupt) as interrupt:
         message = f"interrupted after {len(rows)} of {len(cases)} runs."
         raise SimulationStopped(message, rows=rows, reason="interrupted") from interrupt
+    except WorkerLost as lost:
+        message = f"{lost} There are {len(rows)} of {len(cases)} runs."
+        raise SimulationStopped(message, rows=rows, reason="lost") from lost
     return rows
 
 
@@ -189,7 +199,7 @@ def to_csv(rows: Sequence[Row]) -> str:
     """The table with all digits, one row a run."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["law", "controller", *(name.replace("\n", " ") for name in COLUMNS), "outcome"])
+    writer.writerow(["law", "controller", *(name.replace("\n", " ") for name in headings(rows)), "outcome"])
     for row in rows:
         writer.writerow([row.law, row.controller, *row.numbers(), row.outcome])
     return text.getvalue()
@@ -222,7 +232,8 @@ def _parse(choice: str) -> tuple[str, dict[str, Any]]:
     name, bracket, rest = choice.partition("(")
     if bracket and not rest.endswith(")"):
         raise ScenarioError(f"{choice!r} must have the form NAME(key=value, ...).", key="choice", value=choice)
-    return name.strip(), dict(parse_override(setting) for setting in split_choices(rest[:-1])) if bracket else {}
+    settings = split_choices(rest[:-1]) if bracket else ()
+    return name.strip(), dict(parse_override(setting, f"{setting.strip()}=2.5") for setting in settings)
 
 
 def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
@@ -245,8 +256,7 @@ def _chosen(task: Scenario, law: str, controller: str) -> Scenario:
 
 def _run_all(cases: list[tuple[str, str, Scenario]], tell: Callable[[float], None], jobs: int) -> Iterator[Row]:
     if jobs > 1:
-        with ProcessPoolExecutor(jobs, get_context("spawn"), load_plugin_files, (plugin_files(),)) as pool:
-            yield from pool.map(_run, *zip(*cases, strict=True))
+        yield from in_workers(jobs, _run, cases)
         return
     for done, (law, controller, scenario) in enumerate(cases):
         yield _run(law, controller, scenario, _part(tell, done, scenario.duration))

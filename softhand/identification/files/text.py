@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
-import stat
 from pathlib import Path
 
 from softhand.errors import MeasurementError
+from softhand.files import read_regular
 
 MOST_BYTES = 16_000_000
 LONGEST_LINE = 10_000  # [characters]; a row of measurements has a hundred
@@ -21,14 +20,13 @@ def read_lines(file: Path) -> list[str]:
         MeasurementError: it cannot be opened, is a pipe or a device, is too large, or is no text.
     """
     try:
-        with open(file, "rb", opener=_open) as source:
-            if not stat.S_ISREG(os.fstat(source.fileno()).st_mode):
-                raise _refused(file, "it is a pipe or a device; write the measurements into a file")
-            content = source.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise _refused(file, getattr(error, "strerror", None) or str(error)) from error
-    if len(content) > MOST_BYTES:
-        raise _refused(file, f"it is larger than {MOST_BYTES / 1e6:g} MB; take means, or every tenth row")
+        content = read_regular(file, MOST_BYTES)
+    except OSError as error:
+        raise _refused(file, error.strerror or str(error)) from error
+    except ValueError as error:
+        raise _refused(
+            file, f"it {error}; write the measurements, means of them if they are many, into a file"
+        ) from error
     try:
         lines = _BREAK.split(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -38,11 +36,6 @@ def read_lines(file: Path) -> list[str]:
             what = "has zero bytes" if "\0" in line else f"is {len(line)} characters long"
             raise _refused(file, f"line {number} {what}, which no row of measurements does; give a CSV file")
     return lines
-
-
-def _open(path: str, flags: int) -> int:
-    """Open without waiting for a writer at the other end of a pipe."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _refused(file: Path, why: str) -> MeasurementError:

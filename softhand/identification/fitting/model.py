@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from copy import copy
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,10 @@ from softhand.errors import LawError
 from softhand.identification.fitting.coefficients import OFFSET, check_fixed, coefficients_of, offset_of
 from softhand.identification.polar import polar_force
 from softhand.identification.record import Measurements
+from softhand.laws.first_call import check_formulas_end
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
+from softhand.settings.failures import failure
 
 BAD = 1e30
 """Stands in for a force that is no number, or none of this world."""
@@ -146,13 +149,20 @@ class Model:
     def _try(self) -> None:
         """The formula gives four numbers, or fails in a way that other coefficients can mend."""
         name, arguments = self.law_class.__name__, [self.radius, *(1.0 for _ in self.law_class.model_fields)][:-1]
+        check_formulas_end(name, [partial(polar_force, self.law_class)], [(arguments, self.settings[0].tolist())])
+        code = getattr(getattr(self.law_class, "force", None), "__code__", None)
+        file, line = ("", 0) if code is None else (code.co_filename, code.co_firstlineno)
+        where = f" ({file}, line {line})" if file else ""
         try:
             found = polar_force(self.law_class, arguments, self.settings[0].tolist())
         except (ArithmeticError, ValueError) as error:
             if "unpack" not in str(error):
                 return
-            raise LawError(f"law '{name}': its force must return four numbers: {error}.", law=name) from error
+            message = f"law '{name}': its force must return four numbers: {error}{where}."
+            raise LawError(message, law=name, file=file, line=line) from error
         except Exception as error:
-            raise LawError(f"law '{name}': its force cannot be computed: {error!r}.", law=name) from error
+            message = f"law '{name}': its force cannot be computed: {failure(error, file, line)}; mend the formula."
+            raise LawError(message, law=name, file=file, line=line) from error
         if np.shape(found) != (4,) or not all(isinstance(number, int | float) for number in found):
-            raise LawError(f"law '{name}': its force must return four numbers, got {found!r}."[:300], law=name)
+            message = f"law '{name}': its force must return four numbers, got {found!r}"[:300] + f"{where}."
+            raise LawError(message, law=name, file=file, line=line)

@@ -28,6 +28,12 @@ class Face:
     is_curved: bool = False
     """Whether this is the tangent plane of a curved surface at one point."""
 
+    def __post_init__(self) -> None:
+        for name in ("normal", "tangent"):  # they are shown to controllers
+            array = np.array(getattr(self, name), dtype=float)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
     def distance(self, point: ArrayLike) -> float:
         """Signed distance of a point of the object frame from the plane, outside positive [m]."""
         return float(np.dot(self.normal, point) - self.offset)

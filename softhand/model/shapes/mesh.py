@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
@@ -45,16 +43,12 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
         raise refused(mesh.name, "is too thin to have a convex hull", "export the surface of a solid") from error
     if not take_hull:
         _check_orientation(vertices, triangles, mesh.name)
-        _check_convex(vertices, triangles, hull, size, mesh.name)
-    normals, polygons = _merge(vertices, hull, _SAME_PLANE * size)
-    if len(polygons) > MOST_FACES:
-        raise refused(
-            mesh.name, f"has {len(polygons)} faces, of which a contact looks at each in every step",
-            f"simplify it to at most {MOST_FACES}, or use <sphere> or <cylinder>",
-        )  # fmt: skip
+    planes, polygons = _merge(vertices, hull, _SAME_PLANE * size, mesh.name)
+    if not take_hull:
+        _check_convex(vertices, triangles, planes, size, mesh.name)
     used, index = np.unique(np.concatenate(polygons), return_inverse=True)
     parts = np.split(index, np.cumsum([len(polygon) for polygon in polygons])[:-1])
-    return Polyhedron(rotation, centre, vertices[used], tuple(parts), normals)
+    return Polyhedron(rotation, centre, vertices[used], tuple(parts), planes[:, :3].copy())
 
 
 def _size(vertices: Array) -> float:
@@ -81,14 +75,17 @@ def _check_thickness(vertices: Array, size: float, name: str) -> None:
 
 def _check_closed(triangles: Triangles, name: str) -> None:
     """Each edge has one triangle on either side, which pass it in opposite directions."""
-    edges = Counter((int(t[k]), int(t[k - 2])) for t in triangles for k in range(3))
-    twice = sum(count - 1 for count in edges.values())
+    begins, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    base = int(triangles.max(initial=0)) + 1
+    edges = np.unique(begins * base + ends)
+    twice = begins.size - edges.size
     if twice:
         raise refused(
             name, f"has {twice} edges along which triangles look to different sides, some of them inside out, or more "
             "than two meet", "make its normals consistent, or set object.hull = true to take its convex hull",
         )  # fmt: skip
-    loose = sum((end, start) not in edges for start, end in edges)
+    begins, ends = np.divmod(edges, base)
+    loose = int(np.sum(~np.isin(ends * base + begins, edges)))
     if loose:
         raise refused(
             name, f"is open: {loose} edges have a triangle on one side only",
@@ -105,11 +102,11 @@ def _check_orientation(vertices: Array, triangles: Triangles, name: str) -> None
         )  # fmt: skip
 
 
-def _check_convex(vertices: Array, triangles: Triangles, hull: ConvexHull, size: float, name: str) -> None:
+def _check_convex(vertices: Array, triangles: Triangles, planes: Array, size: float, name: str) -> None:
     """All vertices and the middles of all triangles lie on the hull; a middle does only with its whole triangle."""
     points = np.concatenate([vertices[np.unique(triangles)], vertices[triangles].mean(axis=1)])
     depth = np.full(len(points), np.inf)
-    for plane in np.unique(hull.equations, axis=0):
+    for plane in planes:
         np.minimum(depth, -(points @ plane[:3] + plane[3]), out=depth)
     worst = int(np.argmax(depth))
     if depth[worst] > _CONVEX * size:
@@ -121,15 +118,21 @@ def _check_convex(vertices: Array, triangles: Triangles, hull: ConvexHull, size:
         )  # fmt: skip
 
 
-def _merge(vertices: Array, hull: ConvexHull, close: float) -> tuple[Array, list[NDArray[np.int64]]]:
-    """Normals and polygons of the hull: each the facets about the largest one left that lie in its plane."""
+def _merge(vertices: Array, hull: ConvexHull, close: float, name: str) -> tuple[Array, list[NDArray[np.int64]]]:
+    """Planes and polygons of the hull: each the facets about the largest one left that lie in its plane."""
     corners = vertices[hull.simplices]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     free = np.ones(len(areas), dtype=bool)
-    normals, polygons = [], []
+    planes: list[Array] = []
+    polygons: list[NDArray[np.int64]] = []
     for seed in np.argsort(-areas, kind="stable"):
         if not free[seed]:
             continue
+        if len(planes) == MOST_FACES:
+            raise refused(
+                name, f"has more than {MOST_FACES} faces, of which a contact looks at each in every step",
+                f"simplify it to at most {MOST_FACES}, or use <sphere> or <cylinder>",
+            )  # fmt: skip
         normal, offset = hull.equations[seed, :3], hull.equations[seed, 3]
         free[seed] = False
         members, waiting = [seed], [seed]
@@ -141,9 +144,9 @@ def _merge(vertices: Array, hull: ConvexHull, close: float) -> tuple[Array, list
                     members.append(other)
                     waiting.append(other)
         polygon = _outline(vertices, np.unique(hull.simplices[members]), normal)
-        normals.append(normal)
+        planes.append(hull.equations[seed])
         polygons.append(polygon)
-    return np.array(normals), polygons
+    return np.array(planes), polygons
 
 
 def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import ModelError
+from softhand.files import read_regular
 from softhand.numerics.arrays import Array
 
 Triangles = NDArray[np.int64]
+
+MOST_TRIANGLES = 200_000
+"""Of a file. The faces that are left of them are far fewer, and a hull of more would take a gigabyte."""
 
 _LONGEST = 100_000_000  # bytes
 _LARGEST = 10.0  # [m]
@@ -44,13 +49,15 @@ def read_mesh(file: Path, scale: Array) -> Mesh:
     if file.suffix.lower() not in formats:
         raise refused(file.name, f"has the format '{file.suffix}'", "convert it to .stl or .obj")
     try:
-        with file.open("rb") as stream:
-            data = stream.read(_LONGEST + 1)
-        if len(data) > _LONGEST:
-            raise refused(file.name, f"is longer than {_LONGEST // 1_000_000} MB", "simplify it, its hull is enough")
+        data = read_regular(file, _LONGEST)
+    except ValueError as error:
+        raise refused(file.name, str(error), "export it again as STL or OBJ") from error
+    except OSError as error:
+        raise refused(file.name, f"cannot be read: {error}", "make it readable") from error
+    try:
         vertices, triangles = formats[file.suffix.lower()](data)
-    except (OSError, ValueError, IndexError) as error:
-        raise refused(file.name, f"cannot be read: {error}", "export it again as STL or OBJ") from error
+    except (ValueError, IndexError) as error:
+        raise refused(file.name, f"cannot be read: {error}", "simplify it, or export it again as STL or OBJ") from error
     if not len(triangles):
         raise refused(file.name, "has no triangles", "export the surface of a solid")
     used, index = np.unique(triangles, return_inverse=True)
@@ -74,35 +81,58 @@ def refused(name: str, what: str, remedy: str) -> ModelError:
 def _read_stl(data: bytes) -> tuple[Array, Triangles]:
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
     if len(data) == _HEADER + _RECORD.itemsize * count:
-        corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64)
+        _check_count(count)
+        with np.errstate(invalid="ignore"):  # NaN are refused below
+            corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
-        rows = [line.split() for line in data.split(b"\n")]
-        corners = np.array([[float(word) for word in row[1:]] for row in rows if row[:1] == [b"vertex"]], dtype=float)
+        _check_count(data.count(b"vertex") // 3)
+        rows = (line.split() for line in data.split(b"\n"))
+        corners = _points(row[1:] for row in rows if row[:1] == [b"vertex"])
     else:
         raise ValueError(
             f"neither a text nor a binary STL, which would have {_HEADER} + 50 n bytes; it has {len(data)}"
         )
-    if corners.size % 9 or (corners.size and corners.shape[-1] != 3):
+    if len(corners) % 3:
         raise ValueError("not three vertices of three numbers to each triangle")
-    vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, index = np.unique(corners, axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
 
 
 def _read_obj(data: bytes) -> tuple[Array, Triangles]:
-    vertices: list[list[float]] = []
+    _check_count(data.count(b"\nf"))
+    _check_count(data.count(b"\nv ") // 3, "vertices without triangles")
+    points: list[list[bytes]] = []
     triangles: list[tuple[int, int, int]] = []
     for number, line in enumerate(data.replace(b"\\\n", b" ").split(b"\n"), start=1):
         words = line.split()
         if words[:1] == [b"v"]:
-            vertices.append([float(word) for word in words[1:4]])
             if len(words) < 4:
                 raise ValueError(f"line {number} has a vertex of fewer than three numbers")
+            points.append(words[1:4])
         elif words[:1] == [b"f"]:
             corners = [int(word.split(b"/")[0]) for word in words[1:]]
-            places = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
-            if len(places) < 3 or not all(0 <= place < len(vertices) for place in places):
+            places = [corner - 1 if corner > 0 else len(points) + corner for corner in corners]
+            if len(places) < 3 or not all(0 <= place < len(points) for place in places):
                 raise ValueError(
                     f"line {number} has a face with fewer than three vertices or with one that is not there"
                 )
             triangles += [(places[0], places[k], places[k + 1]) for k in range(1, len(places) - 1)]
-    return np.array(vertices, dtype=float).reshape(-1, 3), np.array(triangles, dtype=np.int64).reshape(-1, 3)
+            _check_count(len(triangles))
+    return _points(points), np.array(triangles, dtype=np.int64).reshape(-1, 3)
+
+
+def _points(rows: Iterable[list[bytes]]) -> Array:
+    """Vertices of three numbers each, shape (n, 3)."""
+
+    def numbers() -> Iterator[float]:
+        for row in rows:
+            if len(row) != 3:
+                raise ValueError(f"a vertex of {len(row)} numbers, three are needed: {b' '.join(row)[:60]!r}")
+            yield from map(float, row)
+
+    return np.fromiter(numbers(), dtype=float).reshape(-1, 3)
+
+
+def _check_count(count: int, of: str = "triangles") -> None:
+    if count > MOST_TRIANGLES:
+        raise ValueError(f"it has {count} {of}, at most {MOST_TRIANGLES} are read")

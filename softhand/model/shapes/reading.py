@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
 import pinocchio as pin
 
 from softhand.errors import ModelError
@@ -10,6 +15,7 @@ from softhand.model.shapes.cylinder import Cylinder
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.mesh import as_polyhedron
 from softhand.model.shapes.mesh_file import read_mesh
+from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
 from softhand.model.urdf.geometry import Geometry
@@ -63,4 +69,30 @@ def _make(geometry: Geometry, rotation: Array, centre: Array, hull: bool) -> Sha
         return Cylinder(rotation, centre, radius, 0.5 * length)
     if geometry.file is None:
         raise ModelError(f'filename="{geometry.filename}": there is no such mesh.', file=geometry.filename)
-    return as_polyhedron(read_mesh(geometry.file, geometry.size), rotation, centre, hull)
+    return _of_mesh(geometry.file, geometry.size, rotation, centre, hull)
+
+
+_KEPT = 8
+_kept: OrderedDict[tuple[Any, ...], Polyhedron] = OrderedDict()
+
+
+def _of_mesh(file: Path, scale: Array, rotation: Array, centre: Array, hull: bool) -> Polyhedron:
+    """The polyhedron of a mesh file, made now or before from a file with the very same bytes; it is never changed."""
+    place = file.name, *(array.tobytes() for array in (scale, rotation, centre)), hull
+    digest = _digest(file)
+    solid = _kept.get((digest, place))
+    if solid is None:
+        solid = as_polyhedron(read_mesh(file, scale), rotation, centre, hull)
+        if digest is not None and digest == _digest(file):  # not written to in between
+            _kept[digest, place] = solid
+        while len(_kept) > _KEPT:
+            _kept.popitem(last=False)
+    return solid
+
+
+def _digest(file: Path) -> bytes | None:
+    """Of what is in a file; None if it cannot be read, which is told where its mesh is read."""
+    try:
+        return sha256(file.read_bytes()).digest()
+    except OSError:
+        return None

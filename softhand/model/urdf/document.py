@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from softhand.errors import ModelError
+from softhand.files import read_regular
 
 LARGEST = 8_000_000
 """Bytes of a URDF."""
@@ -39,18 +38,13 @@ def read_text(file: Path) -> str:
         ModelError: there is no such file, it is too long, or it cannot be read.
     """
     try:
-        # a pipe or a device could be read for ever
-        if not stat.S_ISREG(os.stat(file).st_mode):
-            raise ModelError(f"{file}: this is no regular file; a .urdf file is needed.", file=str(file))
-        with Path(file).open("rb") as stream:
-            data = stream.read(LARGEST + 1)
-        if len(data) > LARGEST:
-            raise ModelError(f"{file}: longer than {LARGEST} bytes, which no URDF is; is it a mesh?", file=str(file))
-        return data.decode("utf-8-sig")
+        return read_regular(file, LARGEST).decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ModelError(f"{file}: there is no such URDF file.", file=str(file)) from error
-    except (OSError, ValueError) as error:
+    except (OSError, UnicodeDecodeError) as error:
         raise ModelError(f"{file}: cannot read this URDF file: {error}.", file=str(file)) from error
+    except ValueError as error:
+        raise ModelError(f"{file}: this {error}; a .urdf file is needed.", file=str(file)) from error
 
 
 def as_bytes(text: str) -> bytes:

@@ -47,7 +47,8 @@ def read_geometries(root: Element, folder: Path | None, purpose: Purpose) -> lis
         folder: from which its meshes are looked for.
         purpose: which shapes.
     """
-    colours = {material.get("name"): _rgb(material) for material in root.iter("material") if len(material)}
+    materials = [*root.findall("material"), *root.findall("link/visual/material")]  # one elsewhere is not checked
+    colours = {material.get("name"): _rgb(material) for material in materials if len(material)}
     found = []
     for link in root.iterfind("link"):
         for element in link.iterfind(purpose):

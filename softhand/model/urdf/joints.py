@@ -103,9 +103,11 @@ def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
         return
     effort, velocity = numbers_of(limit, "effort", "nan"), numbers_of(limit, "velocity", "nan")
     if effort == [0.0] and effort_counts:
+        what = "force" if joint.kind == "prismatic" else "torque"
+        unit = "N" if joint.kind == "prismatic" else "N m"
         findings.error(
             limit,
-            f'effort="{limit.get("effort")}": no torque can act on the joint; write the largest torque [N m], '
+            f'effort="{limit.get("effort")}": no {what} can act on the joint; write the largest {what} [{unit}], '
             'such as effort="2.0", or set hand.effort_limit.',
             "0",
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -12,6 +13,7 @@ from softhand.model.urdf.examination import EITHER, Examination, Role, examine
 from softhand.model.urdf.findings import Finding, Findings
 from softhand.model.urdf.geometry import Geometry, Purpose, read_geometries
 from softhand.model.urdf.joints import check_place
+from softhand.model.urdf.meshes import find_mesh
 from softhand.model.urdf.tree import Joint, Tree
 
 Vector3 = tuple[float, float, float]
@@ -41,7 +43,7 @@ class Urdf:
 
     @classmethod
     def read(cls, file: str | Path, role: Role = EITHER) -> Urdf:
-        """Read and check a file.
+        """Read and check a file; one that was read before is checked again only if it, or one of its meshes, is other.
 
         Args:
             file: of the URDF; its meshes are looked for from its folder.
@@ -50,7 +52,8 @@ class Urdf:
         Raises:
             ModelError: no such file, no XML, no URDF, or it describes no possible hand or object.
         """
-        return cls.parse(read_text(Path(file)), Path(file), role, Path(file).parent)
+        place = Path(file)
+        return kept_urdf(read_text(place), place, role)
 
     @classmethod
     def parse(cls, text: str, file: Path, role: Role = EITHER, folder: Path | None = None) -> Urdf:
@@ -124,6 +127,24 @@ class Urdf:
             tree=Tree({**self.tree.links, new: link}, joints, new if is_root else self.tree.root),
             warnings=(*self.warnings, *findings),
         )
+
+
+_KEPT = 32
+_kept: OrderedDict[tuple[str, Path, Role], tuple[Urdf, tuple[tuple[str, Path | None], ...]]] = OrderedDict()
+
+
+def kept_urdf(text: str, file: Path, role: Role) -> Urdf:
+    """The text of a file, checked now or before; what is kept is never changed, and shared by all who ask."""
+    key = text, file, role
+    known = _kept.get(key)
+    if known is not None and all(find_mesh(name, file.parent) == found for name, found in known[1]):
+        return known[0]
+    urdf = Urdf.parse(text, file, role, file.parent)
+    names = {element.get("filename", "").strip() for element in urdf.root.iter("mesh")}
+    _kept[key] = urdf, tuple((name, find_mesh(name, file.parent)) for name in names if name)
+    while len(_kept) > _KEPT:
+        _kept.popitem(last=False)
+    return urdf
 
 
 def _read(added: str, file: Path, line: int) -> list[Element]:

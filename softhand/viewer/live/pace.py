@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
 
 from softhand.errors import SofthandError
+
+SPEEDS = (1e-4, 1e4)
+"""Slowest and fastest."""
 
 
 class Pace:
@@ -29,8 +31,9 @@ def checked_speed(speed: float) -> float:
     """The speed, simulated time over time of the clock.
 
     Raises:
-        SofthandError: it is not above 0. Carries `.value`.
+        SofthandError: it is not within `SPEEDS`. Carries `.value`.
     """
-    if not (math.isfinite(speed) and speed > 0.0):
-        raise SofthandError(f"speed: got {speed:g}; it must be above 0, 1 is real time.", value=speed)
+    if not SPEEDS[0] <= speed <= SPEEDS[1]:
+        must = f"from {SPEEDS[0]:g} to {SPEEDS[1]:g}, 1 is real time"
+        raise SofthandError(f"speed: got {speed:g}; it must be {must}.", value=speed)
     return speed

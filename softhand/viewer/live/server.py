@@ -14,13 +14,13 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from tornado.httpserver import HTTPServer
 from tornado.ioloop import PeriodicCallback
 from tornado.netutil import bind_sockets
-from tornado.web import Application
 
 from softhand.errors import SofthandError
-from softhand.viewer.live.handlers import Audience, routes
+from softhand.viewer.live.admission import EVERYWHERE, Names
+from softhand.viewer.live.bounded import BoundedServer
+from softhand.viewer.live.handlers import Audience, application
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
@@ -67,6 +67,7 @@ class PageServer:
         self._audience = Audience(self._asked, command)
         self.asked_port = port
         sockets = _listen(host, port)
+        self._names = Names.of(host)
         self.port = sockets[0].getsockname()[1]
         self.address = f"http://{_shown(host)}:{self.port}/"
         self._loop = asyncio.new_event_loop()
@@ -84,8 +85,7 @@ class PageServer:
 
     def _serve(self, sockets: list[socket.socket]) -> None:
         asyncio.set_event_loop(self._loop)
-        application = Application(routes(self._description, self._audience), log_function=lambda handler: None)
-        self._http = HTTPServer(application)
+        self._http = BoundedServer(application(self._description, self._audience, self._names))
 
         async def start() -> None:
             self._http.add_sockets(sockets)
@@ -142,6 +142,6 @@ def _listen(host: str, port: int) -> list[socket.socket]:
 
 def _shown(host: str) -> str:
     """The host as a browser is told: the name of this machine where it listens on every interface."""
-    if host in ("", "0.0.0.0", "::"):
+    if host in EVERYWHERE:
         return socket.gethostname()
     return f"[{host}]" if ":" in host else host

@@ -20,6 +20,7 @@ from softhand.plots.quantities import (
     finger_name,
     joints_of_fingers,
     object_quantities,
+    torque_and_unit,
 )
 from softhand.plots.style import OBJECT, finger_color
 from softhand.recording.recorded import is_coulomb
@@ -135,9 +136,9 @@ class _Curves:
                     torque = self._curve(recording.joint_torque[:, joint], finger_color(finger), names[joint])
                     curves.append({**torque, "marks": cut.tolist()})
             note = "■ limit" if any(torque["marks"] for torque in curves) else ""
-            yield _Panel(
-                "Joint torques", {"title": f"joint {rank + 1}", "unit": "N m", "least": 0.1, "note": note}, curves
-            )
+            what, unit = torque_and_unit(recording, [joint for joint in joints if joint is not None])
+            title = f"joint {rank + 1}" if what == "torque" else f"joint {rank + 1}, {what}"
+            yield _Panel("Joint torques", {"title": title, "unit": unit, "least": 0.1, "note": note}, curves)
 
 
 def _looks_of(quantity: ContactQuantity) -> Data:

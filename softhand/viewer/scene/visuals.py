@@ -15,6 +15,8 @@ from softhand.viewer.scene.poses import pose
 from softhand.viewer.scene.shapes.mesh import Mesh
 from softhand.viewer.scene.shapes.solids import box, capsule, cylinder, sphere
 
+_LONGEST = 100_000_000  # bytes of a mesh that is drawn
+
 
 class Visual(NamedTuple):
     """One visual shape of a link."""
@@ -54,8 +56,10 @@ def _read_mesh(shape: Geometry) -> Mesh | None:
     if shape.file is None:
         return None
     try:
+        if not 0 < shape.file.stat().st_size <= _LONGEST:
+            return None
         model = coal.MeshLoader().load(str(shape.file), shape.size)
-    except (ValueError, RuntimeError):
+    except (OSError, ValueError, RuntimeError):
         return None
     faces = [[triangle[k] for k in range(3)] for triangle in (model.tri_indices(i) for i in range(model.num_tris))]
     return Mesh(np.array(model.vertices(), dtype=float), np.array(faces, dtype=np.int32))

@@ -28,6 +28,11 @@ class Keep:
     every: int
 
     @classmethod
+    def all(cls) -> Keep:
+        """All variables, each control period."""
+        return cls(tuple(name for name in VARIABLES if name != "time"), 1)
+
+    @classmethod
     def of(cls, variables: Iterable[str], every: float, period: float) -> Keep:
         """As a user asks for it.
 

@@ -1,0 +1,42 @@
+"""Units of the arrays of a recording: of each joint by whether it turns or slides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from softhand.errors import ModelError
+from softhand.model.urdf.document import read_document
+from softhand.recording.variables import VARIABLES
+
+
+@lru_cache(maxsize=16)
+def slides_in(hand_urdf: str) -> frozenset[str]:
+    """Names of the joints of a URDF that slide; none where the text is not known."""
+    try:
+        root = read_document(hand_urdf, Path("the URDF of a recording")) if hand_urdf else ()
+    except ModelError:
+        return frozenset()
+    return frozenset(part.get("name", "") for part in root if part.tag == "joint" and part.get("type") == "prismatic")
+
+
+def units_along(name: str, labels: Mapping[str, tuple[str, ...]], hand_urdf: str) -> tuple[str, ...]:
+    """Unit of each place along the last dimension of an array; one unit alone where it is that of all.
+
+    Args:
+        name: of the array.
+        labels: along the dimensions of the model.
+        hand_urdf: text of the hand's URDF.
+    """
+    variable = VARIABLES[name]
+    hinge, is_mixed, slide = variable.units.partition(" or ")
+    units = tuple(hinge.split(", "))
+    if is_mixed:
+        slides, joints = slides_in(hand_urdf), set(labels["joint"])
+        of_object = {True: "N m", False: "N"}  # a moment about an axis rx, a force along x
+        units = tuple(
+            (slide if place in slides else hinge) if place in joints else of_object[place.startswith("object r")]
+            for place in labels[variable.dims[-1]]
+        )
+    return units[:1] if len(set(units)) == 1 else units

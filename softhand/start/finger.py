@@ -1,0 +1,95 @@
+"""One finger at rest on its contact: in a kernel, and where that does not find it, step by step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from softhand.contact.pads import Fingertip
+from softhand.errors import GraspError
+from softhand.laws.law import CompiledLaw
+from softhand.model.arm import REACHED, Arm
+from softhand.model.chain import POINT
+from softhand.numerics.arrays import Array
+from softhand.start.answering import APEX, RIM, Formula, answer_force, formula_of
+from softhand.start.press import deform_tip
+from softhand.start.reach import reach_point
+from softhand.start.settle import SETTLED, TURNS, Settled, settle
+
+_WISHES = 4
+"""Turns in which a redundant finger seeks the guess: then the depth is all but found, and the finger only follows it
+to the last digit."""
+
+
+def settle_finger(
+    arm: Arm,
+    index: int,
+    fingertip: Fingertip,
+    code: CompiledLaw | None,
+    point: Array,
+    frame: Array,
+    force: Array,
+    angles: Array,
+    settled: Settled,
+) -> None:
+    """Joint angles and deformation of one finger that answer a contact force.
+
+    Args:
+        arm: of the hand.
+        index: of the tip.
+        fingertip: its material.
+        code: of its law; None if that cannot be compiled.
+        point: of contact, in the world [m], shape (3,).
+        frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
+        force: on the object, in the world [N], shape (3,).
+        angles: of all joints [rad or m]; those of the finger are set, shape (n,).
+        settled: set.
+
+    Raises:
+        GraspError: the point is out of reach, the tip lies at its rim or apex, or its law does not answer.
+        LawError: the law answers with what is no number.
+    """
+    formula, chain = None if code is None else formula_of(fingertip.law, code), arm.world.chains[index]
+    if formula is not None and 0 < np.count_nonzero(chain.kinds[:, 2]) <= POINT:
+        trial, relaxed = angles.copy(), fingertip.damping.relaxed()
+        if settle(chain, formula, point, frame, force, relaxed, arm.limits, REACHED, trial, settled):
+            angles[:] = trial
+            return
+    _settle(arm, index, fingertip, formula, point, frame, force, angles, settled)
+
+
+def _settle(
+    arm: Arm, index: int, fingertip: Fingertip, formula: Formula | None, point: Array, frame: Array, force: Array,
+    angles: Array, settled: Settled,
+) -> None:  # fmt: skip
+    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
+    is_surface = law.coordinates == "surface"
+    tangent, z_C = frame.T
+    deformation = np.zeros(4)
+    for turn in range(TURNS):
+        wish = guess if turn < _WISHES else None
+        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
+        _, axes = arm.tip(index)
+        u = axes.T @ z_C
+        Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
+        if not RIM < Phi < (math.inf if is_surface else APEX):
+            place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
+            raise GraspError(
+                f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
+                f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
+                "Move the object or the contact point.",
+                finger=name, quantity="Phi", value=Phi,
+            )  # fmt: skip
+        x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
+        y_C = np.cross(z_C, x_C)
+        bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
+        wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
+        asked, previous = wanted / fingertip.damping.relaxed(), deformation
+        deformation = np.zeros(4)
+        if formula is None or not answer_force(formula, Phi, bearing, asked, deformation, settled.law_force):
+            deformation = deform_tip(name, law, Phi, bearing, asked)
+        if np.max(np.abs(deformation - previous)) < SETTLED:
+            break
+    settled.deformation[:], settled.angles[:], settled.contact_force[:] = deformation, (Theta, Phi), wanted
+    settled.law_force[:] = law(deformation, Phi, bearing)
