@@ -290,7 +290,7 @@ def test_memory_is_integrated_with_its_rate(task: Task, state: State, moving: Pl
     """`integrate_memory` adds h z'(v) to (dtheta, dphi, dpsi), for a velocity other than the last one, too."""
     step, v = 2e-3, rng.normal(size=state.v.shape)
     z = state.z.copy()
-    integrate_memory(moving.columns, moving.contacts, moving.contact_columns, v, step, z)
+    integrate_memory(moving.pads, moving.columns, moving.contacts, moving.contact_columns, v, step, z)
     for contact, jacobian, before, after in zip(moving.contacts, moving.jacobian, state.z, z, strict=True):
         rate = np.linalg.solve(contact_J_delta(contact), jacobian @ v)
         np.testing.assert_allclose(after, before + step * rate[1:], rtol=0.0, atol=1e-13)

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.contact.address import call
+from softhand.contact.address import call, done
 from softhand.model.rigid import rigid_poses
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
+from softhand.numerics.inlined import inlined
 from softhand.sensing.sensor import Body, Wanted, observe
 from softhand.simulation.asking import limit
 from softhand.simulation.faults import HEALTHY, find_fault
@@ -20,6 +22,9 @@ from softhand.steppers.kernels import advance
 NEXT, LIMIT, LAST, FAULT, FINGER, SAMPLES = range(6)
 """Numbers of `Plan.progress`: the period that comes next, that before which the call returns, the last of the run; what
 ended it, of `simulation.faults` or `BAD_TORQUE`, and at which contact; how many samples are recorded."""
+
+RECORDED, BETWEEN, LAW = range(3)
+"""Rows of `Plan.straight`: `look` where a sample is recorded, where none is, and the control law."""
 
 BAD_TORQUE = 100
 """The law answered with NaN or infinity."""
@@ -78,6 +83,8 @@ class Plan(NamedTuple):
     """For `faults.find_fault`, shape (tips,)."""
     progress: NDArray[np.int64]
     """See `NEXT`, shape (6,)."""
+    straight: NDArray[np.int64]
+    """Addresses of straight code and of its words, see `RECORDED`; zeros where there is none, shape (3, 2)."""
 
 
 @compiled
@@ -97,7 +104,7 @@ def run_periods(mechanics, senses, plan):
         for i in range(plan.now.shape[0]):
             plan.now[i] = row[1 + i]
         is_recorded = k % plan.every == 0
-        _sample(mechanics, senses, plan, plan.parts if is_recorded else plan.parts_between, k, time)
+        _sample(mechanics, senses, plan, is_recorded, k, time)
         if progress[FAULT] != HEALTHY:
             return
         if plan.pushes.rows.shape[0]:
@@ -113,24 +120,34 @@ def run_periods(mechanics, senses, plan):
         progress[NEXT] = k + 1
 
 
-@compiled
-def _sample(mechanics, senses, plan, parts, k, time):
+@inlined
+def _sample(mechanics, senses, plan, is_recorded, k, time):
     """Observe, look for faults, ask the law."""
     m, progress = mechanics, plan.progress
-    state, terms, touch, at = m.state, m.terms, m.touch, m.at
-    if not observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, True):
-        rigid_poses(m.tree, state.q, terms)
-        observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, False)
-    fault, finger = find_fault(state.v, touch.pads, touch.contacts, plan.Theta)
+    fault, finger = HEALTHY, 0
+    if not done(plan.straight, RECORDED if is_recorded else BETWEEN):
+        parts = plan.parts if is_recorded else plan.parts_between
+        fault, finger = look(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)
     if fault == HEALTHY and plan.code != 0 and k % plan.stride == 0:
         plan.clock[0] = time
-        call(plan.code, plan.words, plan.words)  # type: ignore[call-arg]
+        if not done(plan.straight, LAW):
+            call(plan.code, plan.words, plan.words)  # type: ignore[call-arg]
         if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
             fault = BAD_TORQUE
     progress[FAULT], progress[FINGER] = fault, finger
 
 
 @compiled
+def look(tree, touch, terms, state, at, senses, parts, Theta):
+    """Observe, where the stepper has left the contacts evaluated at this state or not; then `find_fault`."""
+    evaluated = usually(at[0] == at[0])  # no NaN
+    if not evaluated:
+        rigid_poses(tree, state.q, terms)
+    observe(senses.body, touch, terms, senses.wanted, state, at, senses.groups, parts, evaluated)
+    return find_fault(state.v, touch.pads, touch.contacts, Theta)
+
+
+@inlined
 def _push(m, plan, time):
     """The pushes of the step that begins at a time; poses and J are those of its begin."""
     for k in range(m.external.shape[0]):
@@ -138,7 +155,7 @@ def _push(m, plan, time):
     add_pushes(plan.pushes, time, m.terms.poses, m.terms.J, m.external)
 
 
-@compiled
+@inlined
 def _record(m, plan, time):
     """One more row."""
     row, end = plan.rows[plan.progress[SAMPLES]], 1

@@ -11,10 +11,27 @@ import numpy as np
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
-from softhand.batch.loop import BAD_TORQUE, FAULT, FINGER, LAST, LIMIT, NEXT, SAMPLES, Plan, Senses, run_periods
+from softhand.batch.loop import (
+    BAD_TORQUE,
+    BETWEEN,
+    FAULT,
+    FINGER,
+    LAST,
+    LAW,
+    LIMIT,
+    NEXT,
+    RECORDED,
+    SAMPLES,
+    Plan,
+    Senses,
+    look,
+    run_periods,
+)
 from softhand.errors import ControllerError, SimulationStopped
-from softhand.numerics.addressed import addressed
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.layouts import Layouts
+from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
@@ -27,6 +44,7 @@ from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechan
 from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
+from softhand.steppers.straight_steps import straight_steps
 
 _KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
 
@@ -112,15 +130,33 @@ class CompiledRun:
             rows=np.empty((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
+            straight=np.zeros((3, 2), np.int64),
         )
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+        self._layouts = Layouts()
+        self._straight = self._straight_code()
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
+
+    def _straight_code(self) -> list[Addressed | None]:
+        """Straight code for all that there can be, put into its place."""
+        m, senses, plan = self._mechanics, self._senses, self._plan
+        body, layouts = senses.body, self._layouts
+        own = m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies
+        found = straight_steps(m, plan.step, layouts) if plan.kind == MIDPOINT else []
+        for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
+            fixed = Fixed((*own, parts), (*own, parts))
+            found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts)
+            put(found[-1], plan.straight[row])
+        if self.law is not None and plan.code:
+            found.append(put(self.law.straight(layouts), plan.straight[LAW]))
+        return found
 
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self._mechanics.torque[:] = torque
         kept = parts_of(self._keep.fields)
         self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan)
+        self._straight = self._straight_code()
+        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
         """Run to the end, or until somebody says stop, which is asked every 500 control periods."""

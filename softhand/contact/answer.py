@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from softhand.contact.address import call
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
@@ -28,7 +29,7 @@ def answer(pad, contact):
     # Eq. (48)
     elastic = contact.elastic
     contact_force(contact, contact.deformation_force, elastic)
-    if not contact.is_damped:
+    if not (pad.is_damped and usually(contact.is_damped > 0)):
         return
     # relaxation and viscosity
     pressing = max(contact.deformation_force[0], 0.0)
@@ -42,7 +43,7 @@ def answer(pad, contact):
 def normal_force(contact):
     """f_z of material and dashpot together, without pull, for the limit of friction [N]; after `answer`."""
     normal = contact.elastic[2] + contact.dashpot[2] * contact.pressing_rate
-    return 0.0 if normal < 0.0 else normal
+    return 0.0 if seldom(normal < 0.0) else normal
 
 
 @compiled
@@ -53,7 +54,7 @@ def answer_stiffness(pad, contact):
     """
     derivatives, stiffness = contact.derivatives, contact.stiffness
     call(pad.stiffness_function, pad.law_arguments, derivatives)  # type: ignore[call-arg]
-    share = contact.kept if contact.is_damped else 1.0
+    share = contact.kept if pad.is_damped and usually(contact.is_damped > 0) else 1.0
     to_theta, to_phi, twist = contact.theta_per_x, contact.phi_per_y, contact.psi_per_x
     for row in range(4):  # columns of D J_delta^-1, with J_delta^-1 sparse
         dr, dtheta = derivatives[4 * row], derivatives[4 * row + 1]

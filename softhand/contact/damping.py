@@ -8,6 +8,7 @@ from softhand.contact.answer import answer, normal_force
 from softhand.contact.limit import limit_use
 from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
@@ -27,7 +28,7 @@ def recall(pad, contact, memory, lead):
         lead: w is taken so much later [s], with F as it then is.
     """
     recalled = contact.recalled
-    contact.is_damped = 1 if contact.deformation[0] > 0.0 else 0
+    contact.is_damped = 1 if usually(contact.deformation[0] > 0.0) else 0
     contact.dashpot[:] = 0.0
     contact.kept = 1.0
     recalled[:] = 0.0
@@ -44,10 +45,11 @@ def recall(pad, contact, memory, lead):
 
 
 @compiled
-def press(contact):
+def press(pad, contact):
     """The whole force at the velocity as if nothing slipped, f = f_el + D velocity, never a pull; after `answer`.
 
     Args:
+        pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`; force and limit_surface_use are set.
 
     Returns:
@@ -57,16 +59,18 @@ def press(contact):
     contact.slip_rate[0], contact.slip_rate[1], contact.slip_rate[2] = 0.0, 0.0, 0.0
     for k in range(4):
         force[k] = elastic[k] + dashpot[k] * (velocity[k] if k != 2 else contact.pressing_rate)
-    if force[2] < 0.0 and (contact.is_damped or contact.grip < math.inf):
-        force[2] = 0.0
-    if contact.grip == math.inf:
+    has_limit = pad.can_slip and usually(contact.grip < math.inf)
+    if has_limit or pad.is_damped and usually(contact.is_damped > 0):
+        if seldom(force[2] < 0.0):
+            force[2] = 0.0
+    if not has_limit:
         return False
     contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(contact))
-    return not contact.limit_surface_use <= 1.0 + ROUNDED
+    return not usually(contact.limit_surface_use <= 1.0 + ROUNDED)
 
 
 @compiled
-def react(contact):
+def react(pad, contact):
     """The whole force at the velocity, within the limit of friction; after `answer`.
 
         f = f_el + D (velocity - slip rate)
@@ -76,12 +80,13 @@ def react(contact):
     velocity, so that their power is never negative. A tip that does not press holds nothing.
 
     Args:
+        pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`; force, slip_rate and limit_surface_use are set.
 
     Returns:
         Whether the surfaces slip in this way.
     """
-    if not press(contact):
+    if not press(pad, contact):
         return False
     force, dashpot, lever = contact.force, contact.dashpot, contact.lever
     room = contact.grip * normal_force(contact)
@@ -118,17 +123,23 @@ def slide(pads, contacts, step):
                 slip[k] = 0.0
             answer(pads[i], contact)
             slip_to_limit(pads[i], contact, step)
-            react(contact)
+            react(pads[i], contact)
 
 
 @compiled
 def relax(pads, contacts, step, z):
     """w of each relaxation for h on, towards the forces of the last evaluation; exact if these are constant."""
     for i in range(contacts.shape[0]):
-        for k in range((z.shape[1] - 3) // 4):
-            share = -math.expm1(-pads[i].relaxation[k, 1] * step)
-            for j in range(4):
-                z[i, 3 + 4 * k + j] += share * (contacts[i].deformation_force[j] - z[i, 3 + 4 * k + j])
+        relax_contact(pads[i], contacts[i], step, z[i])
+
+
+@compiled
+def relax_contact(pad, contact, step, memory):
+    """One row of `relax`, likewise."""
+    for k in range((memory.shape[0] - 3) // 4):
+        share = -math.expm1(-pad.relaxation[k, 1] * step)
+        for j in range(4):
+            memory[3 + 4 * k + j] += share * (contact.deformation_force[j] - memory[3 + 4 * k + j])
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
@@ -36,7 +37,7 @@ def set_friction(pad, contact):
 @compiled
 def has_slid(pad, memory):
     """Whether the tip slipped in the step before, where that makes a difference."""
-    return pad.slip_column >= 0 and memory[max(pad.slip_column, 0)] > 0.0
+    return pad.slip_column >= 0 and seldom(memory[max(pad.slip_column, 0)] > 0.0)
 
 
 @compiled
@@ -53,29 +54,34 @@ def note_slip(pads, contacts, z, step):
         step: in which it slipped so [s]; 0 if that is not known, and its rate stays what it was.
     """
     for i in range(contacts.shape[0]):
-        pad, contact = pads[i], contacts[i]
-        if not pad.can_slip:
-            continue
-        slip, rate, f, before = contact.slip, contact.slip_rate, contact.force, contact.force_before
-        for k in range(3):
-            z[i, k] = contact.deformation[1 + k]
-        moved = slip[0] != 0.0 or slip[1] != 0.0 or slip[2] != 0.0
-        slides = moved or rate[0] != 0.0 or rate[1] != 0.0 or rate[2] != 0.0
-        contact.is_slipping = 1 if slides and f[2] > 0.0 else 0
-        if pad.slip_column >= 0:
-            z[i, pad.slip_column] = contact.is_slipping
-        # J_delta^T of the whole force, and J_delta of the slip
-        now = 0.0, 0.0, 0.0
-        if f[2] > 0.0:
-            now = (f[0] - contact.psi_per_x * f[3]) / contact.theta_per_x, f[1] / contact.phi_per_y, f[3]
-        if moved:
-            along_x = slip[0] / contact.theta_per_x
-            contact.slip_loss += 0.5 * ((before[0] + now[0]) * slip[0] + (before[1] + now[1]) * slip[1])
-            contact.slip_loss += 0.5 * (before[2] + now[2]) * slip[2]
-            if contact.is_slipping:
-                contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
-                contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
-        for k in range(3):
-            if step > 0.0:
-                contact.slip_speed[k] = slip[k] / step
-            slip[k], before[k] = 0.0, now[k]
+        note_slip_of(pads[i], contacts[i], z[i], step)
+
+
+@compiled
+def note_slip_of(pad, contact, memory, step):
+    """One row of `note_slip`, likewise."""
+    if not pad.can_slip:
+        return
+    slip, rate, f, before = contact.slip, contact.slip_rate, contact.force, contact.force_before
+    for k in range(3):
+        memory[k] = contact.deformation[1 + k]
+    moved = seldom((slip[0] != 0.0) | (slip[1] != 0.0) | (slip[2] != 0.0))
+    slides = moved or seldom((rate[0] != 0.0) | (rate[1] != 0.0) | (rate[2] != 0.0))
+    contact.is_slipping = 1 if slides and f[2] > 0.0 else 0
+    if pad.slip_column >= 0:
+        memory[pad.slip_column] = contact.is_slipping
+    # J_delta^T of the whole force, and J_delta of the slip
+    now = 0.0, 0.0, 0.0
+    if usually(f[2] > 0.0):
+        now = (f[0] - contact.psi_per_x * f[3]) / contact.theta_per_x, f[1] / contact.phi_per_y, f[3]
+    if moved:
+        along_x = slip[0] / contact.theta_per_x
+        contact.slip_loss += 0.5 * ((before[0] + now[0]) * slip[0] + (before[1] + now[1]) * slip[1])
+        contact.slip_loss += 0.5 * (before[2] + now[2]) * slip[2]
+        if contact.is_slipping:
+            contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
+            contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
+    for k in range(3):
+        if usually(step > 0.0):
+            contact.slip_speed[k] = slip[k] / step
+        slip[k], before[k] = 0.0, now[k]

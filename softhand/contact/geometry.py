@@ -6,6 +6,7 @@ import math
 
 from softhand.contact.address import call
 from softhand.contact.records import PLANE, SOLID
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 _POLE = 1e-3  # of the radius: R is taken no nearer to 0, where J_delta and laws have a pole; a run ends long before
@@ -36,7 +37,7 @@ def find_nearest(pad, pose, base_pose, contact):
         _meet_shape(pad, base_pose, contact)
     else:
         _meet_box(pad, base_pose, contact)
-    if not pad.is_support and abs(contact.distance) < _POLE * pad.radius:
+    if not pad.is_support and seldom(abs(contact.distance) < _POLE * pad.radius):
         contact.distance = math.copysign(_POLE * pad.radius, contact.distance)
 
 
@@ -77,8 +78,9 @@ def place_contact(pad, pose, object_pose, contact):
         uy += fy * z
         uz += fz * z
     cos_Phi = math.sqrt(uy * uy + uz * uz)
-    cos_Theta = uy / cos_Phi if cos_Phi > 0.0 else 1.0
-    sin_Theta = uz / cos_Phi if cos_Phi > 0.0 else 0.0
+    cos_Theta, sin_Theta = 1.0, 0.0
+    if usually(cos_Phi > 0.0):
+        cos_Theta, sin_Theta = uy / cos_Phi, uz / cos_Phi
     contact.sin_Phi, contact.cos_Phi = ux, cos_Phi
     contact.angles[0], contact.angles[1] = math.atan2(uz, uy), math.atan2(ux, cos_Phi)
     if pad.is_surface:
@@ -161,41 +163,57 @@ def roll_stiffness(pad, pose, contact):
 @compiled
 def _meet_box(pad, object_pose, contact):
     """z_C in the world and R, against the nearest point of a solid box."""
-    x, y, z = (contact.tip[0] - object_pose[9], contact.tip[1] - object_pose[10], contact.tip[2] - object_pose[11])
-    square, beyond, depth, inward, side = 0.0, 0, -math.inf, 0, 1.0
+    square, beyond = 0.0, 0
     for k in range(3):
         contact.normal[k] = 0.0
     for axis in range(3):
-        along = -(
-            pad.box_rotation[0, axis] * pad.box_centre[0]
-            + pad.box_rotation[1, axis] * pad.box_centre[1]
-            + pad.box_rotation[2, axis] * pad.box_centre[2]
-        )
-        for k in range(3):
-            local = object_pose[3 * k] * x + object_pose[3 * k + 1] * y + object_pose[3 * k + 2] * z
-            along += pad.box_rotation[k, axis] * local
+        along = _along_side(pad, object_pose, contact, axis)
         gap = along - min(max(along, -pad.box_half[axis]), pad.box_half[axis])
-        if gap != 0.0:
-            beyond += 1
-            square += gap * gap
-            for k in range(3):
-                contact.normal[k] += gap * pad.box_rotation[k, axis]
-        elif abs(along) - pad.box_half[axis] > depth:
-            depth, inward, side = abs(along) - pad.box_half[axis], axis, math.copysign(1.0, along)
-    contact.distance, contact.feature = math.sqrt(square), beyond
-    if square > 0.0:
+        beyond += int(gap != 0.0)
+        square += gap * gap
+        for k in range(3):
+            contact.normal[k] += gap * pad.box_rotation[k, axis]
+    if usually(square > 0.0):
+        contact.distance, contact.feature = math.sqrt(square), beyond
         for k in range(3):
             contact.normal[k] /= contact.distance
     else:
-        contact.distance, contact.feature = depth, 1
-        for k in range(3):
-            contact.normal[k] = side * pad.box_rotation[k, inward]
+        _meet_box_from_inside(pad, object_pose, contact)
     for row in range(3):
         contact.rotation[row, 2] = -(
             object_pose[row] * contact.normal[0]
             + object_pose[3 + row] * contact.normal[1]
             + object_pose[6 + row] * contact.normal[2]
         )
+
+
+@compiled
+def _along_side(pad, object_pose, contact, axis):
+    """How far the tip is from the middle of the box along one of its sides."""
+    along = -(
+        pad.box_rotation[0, axis] * pad.box_centre[0]
+        + pad.box_rotation[1, axis] * pad.box_centre[1]
+        + pad.box_rotation[2, axis] * pad.box_centre[2]
+    )
+    for k in range(3):
+        local = 0.0
+        for row in range(3):
+            local += object_pose[3 * k + row] * (contact.tip[row] - object_pose[9 + row])
+        along += pad.box_rotation[k, axis] * local
+    return along
+
+
+@compiled
+def _meet_box_from_inside(pad, object_pose, contact):
+    """Normal, minus the depth, and feature where the nearest point is on a face outwards."""
+    depth, inward, side = -math.inf, 0, 1.0
+    for axis in range(3):
+        along = _along_side(pad, object_pose, contact, axis)
+        if abs(along) - pad.box_half[axis] > depth:
+            depth, inward, side = abs(along) - pad.box_half[axis], axis, math.copysign(1.0, along)
+    contact.distance, contact.feature = depth, 1
+    for k in range(3):
+        contact.normal[k] = side * pad.box_rotation[k, inward]
 
 
 @compiled
@@ -253,9 +271,9 @@ def _turned_tangent(pad, normal):
     """
     n, t = pad.face_normal, pad.face_tangent
     cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]
-    if cosine >= 1.0 - 1e-15:
+    if seldom(cosine >= 1.0 - 1e-15):
         return t[0], t[1], t[2]
-    if cosine < -0.999:  # on the far side no such turn is defined
+    if seldom(cosine < -0.999):  # on the far side no such turn is defined
         along = t[0] * normal[0] + t[1] * normal[1] + t[2] * normal[2]
         x, y, z = t[0] - along * normal[0], t[1] - along * normal[1], t[2] - along * normal[2]
         length = math.sqrt(x * x + y * y + z * z)

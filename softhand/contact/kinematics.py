@@ -6,6 +6,7 @@ import math
 
 from softhand.contact.address import call
 from softhand.contact.damping import react
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
@@ -78,22 +79,22 @@ def deformation_rate(contact, velocity, rate):
 
 
 @compiled
-def move_contacts(columns, contacts, jacobian, v):
+def move_contacts(pads, columns, contacts, jacobian, v):
     """The velocities of the contacts at v, and the viscous forces there, with the frames of the last evaluation."""
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        if contact.is_idle:
+        if pads[i].is_support and seldom(contact.is_idle > 0):
             continue
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
         contact.pressing_rate = contact.velocity[2]
-        react(contact)
+        react(pads[i], contact)
 
 
 @compiled
-def integrate_memory(columns, contacts, jacobian, v, step, z):
+def integrate_memory(pads, columns, contacts, jacobian, v, step, z):
     """z[:, :3] += h z'(v), with the contact frames of the last evaluation; sets the velocities at v."""
-    move_contacts(columns, contacts, jacobian, v)
+    move_contacts(pads, columns, contacts, jacobian, v)
     for i in range(contacts.shape[0]):
         for k in range(3):
             z[i, k] += step * contacts[i].deformation_rate[1 + k]

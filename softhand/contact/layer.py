@@ -12,6 +12,7 @@ from softhand.contact.kinematics import contact_jacobian, deformation_rate, rela
 from softhand.contact.limit import set_limit
 from softhand.contact.slip import slip_to_limit
 from softhand.contact.tangent import stiffness_while_slipping
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
@@ -40,31 +41,38 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffnes
         jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
     """
     for i in range(pads.shape[0]):
-        pad, contact = pads[i], contacts[i]
-        pose, base_pose = poses[pad.joint], poses[pad.base]
-        find_nearest(pad, pose, base_pose, contact)
-        if pad.is_support:
-            if pad.radius - contact.distance <= 0.0:
-                _rest(contact, jacobian[i])
-                continue
-            contact.is_idle = 0
-        place_contact(pad, pose, base_pose, contact)
-        set_friction(pad, contact)
-        contact_jacobian(pad, contact, columns[i], J, jacobian[i])
-        relative_velocity(columns[i], jacobian[i], v, contact.velocity)
-        deformation_rate(contact, contact.velocity, contact.deformation_rate)
-        contact.pressing_rate = contact.velocity[2]
-        contact.deformation[0] = pad.radius - contact.distance
-        if lead > 0.0 and not math.isnan(depths[i]):
-            contact.pressing_rate = 0.5 * (contact.deformation[0] - depths[i]) / lead
-        for k in range(3):
-            contact.deformation[1 + k] = z[i, k] + lead * contact.deformation_rate[1 + k]
-        if pad.can_slip and contact.deformation[0] <= 0.0:
-            _let_go(contact)
-            continue
-        _respond(pad, contact, z[i], lead, with_stiffness)
-        if with_stiffness and pad.semi_axes[0] > 0.0:
-            roll_stiffness(pad, pose, contact)
+        evaluate_contact(
+            pads[i], columns[i], poses, J, v, z[i], lead, depths[i], with_stiffness, contacts[i], jacobian[i]
+        )
+
+
+@compiled
+def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffness, contact, jacobian):
+    """One row of `evaluate_contacts`, likewise."""
+    pose, base_pose = poses[pad.joint], poses[pad.base]
+    find_nearest(pad, pose, base_pose, contact)
+    if pad.is_support:
+        if seldom(pad.radius - contact.distance <= 0.0):
+            _rest(contact, jacobian)
+            return
+        contact.is_idle = 0
+    place_contact(pad, pose, base_pose, contact)
+    set_friction(pad, contact)
+    contact_jacobian(pad, contact, columns, J, jacobian)
+    relative_velocity(columns, jacobian, v, contact.velocity)
+    deformation_rate(contact, contact.velocity, contact.deformation_rate)
+    contact.pressing_rate = contact.velocity[2]
+    contact.deformation[0] = pad.radius - contact.distance
+    if usually(lead > 0.0) and usually(depth == depth):  # no NaN
+        contact.pressing_rate = 0.5 * (contact.deformation[0] - depth) / lead
+    for k in range(3):
+        contact.deformation[1 + k] = memory[k] + lead * contact.deformation_rate[1 + k]
+    if pad.can_slip and seldom(contact.deformation[0] <= 0.0):
+        _let_go(contact)
+        return
+    _respond(pad, contact, memory, lead, with_stiffness)
+    if with_stiffness and pad.semi_axes[0] > 0.0:
+        roll_stiffness(pad, pose, contact)
 
 
 @compiled
@@ -85,17 +93,17 @@ def _respond(pad, contact, memory, lead, with_stiffness):
     if pad.can_slip:
         set_limit(pad, contact)
         contact.grip = contact.friction if has_slid(pad, memory) else contact.static_friction
-    slips = press(contact)
+    slips = press(pad, contact)
     if slips:
         contact.grip = contact.friction
         m = slip_to_limit(pad, contact, 2.0 * lead)
-        react(contact)
-    if not math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3]):
+        react(pad, contact)
+    if not usually(math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3])):
         _blame_law(pad, contact)
     # d force / d velocity, d force / d displacement
     for k in range(4):
         damping[k] = contact.dashpot[k]
-    pulls = contact.is_damped and contact.force[2] <= 0.0
+    pulls = pad.is_damped and usually(contact.is_damped > 0) and seldom(contact.force[2] <= 0.0)
     if pulls:
         damping[2] = 0.0
     if slips:

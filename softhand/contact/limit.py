@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from softhand.contact.records import COLUMNS, ELLIPSE
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 _SHORTEST = 1e-9  # [m] lever of a tip pressed flat, which has no disc left to hold a spin with
@@ -44,13 +45,13 @@ def spin_length(pad, distance):
         return pad.torsion_length
     r = pad.radius
     e = 1.0 - distance / r
-    if not 0.0 < e < 1.0:
+    if not usually((e > 0.0) & (e < 1.0)):
         return 0.0
     c = 1.0 - e
     if pad.torsion_share > 0.0:
         return pad.torsion_share * math.sqrt(e) * r
     s = math.sqrt(e * (1.0 + c))
-    if e < _SHALLOW:
+    if seldom(e < _SHALLOW):
         kappa = 8.0 / 15.0 - e * (8.0 / 35.0 + e * (0.1206349206 + e * (0.0669552673 + e * 0.0388)))
         return kappa * s * r
     return r * c * (math.acos(c) + c * s - 2.0 * c * math.atanh(s)) / (e * e)
@@ -82,7 +83,7 @@ def set_limit(pad, contact):
     if pad.limit == ELLIPSE:
         return
     if pad.limit == COLUMNS:
-        depth = 1.0 - contact.distance / pad.radius if pad.radius > 0.0 else 0.0
+        depth = 1.0 - contact.distance / pad.radius if usually(pad.radius > 0.0) else 0.0
         x, b = min(max(depth, 0.0), _DEEPEST), _CURVES[0]
     else:
         x, b = min(max(pad.kappa, _LEAST), _MOST) - _KAPPA, _CURVES[1]
@@ -135,8 +136,8 @@ def limit_use(contact, s, room):
         room: mu f_z [N].
     """
     c, square = contact.curve, s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
-    if square == 0.0:
+    if seldom(square == 0.0):
         return 0.0
     u = (s[0] * s[0] + s[1] * s[1]) / square
     Q = 1.0 + u * (1.0 - u) * (c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * c[4]))))
-    return math.inf if room <= 0.0 else math.sqrt(square * Q) / room
+    return math.inf if seldom(room <= 0.0) else math.sqrt(square * Q) / room

@@ -17,6 +17,8 @@ from softhand.errors import ControllerError
 from softhand.laws.key import make_compilable, makings_of
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
+from softhand.numerics.layouts import Layouts
+from softhand.numerics.straight import Fixed, straight
 from softhand.sensing.fields import ALIASES, FIELDS, SPANS, observed_by, pick
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Settings
@@ -62,7 +64,7 @@ class Law:
         observed = pick(code.observed, observation._views, **code.renamed)
         arguments = observed, controller.constants(observation), self.memory, self.torque
         try:
-            self.call: Addressed = addressed(code.kernel, *arguments)
+            self.call: Addressed = addressed(code.kernel, *arguments, layouts=Layouts())
         except NumbaError as error:
             raise _refused(controller, error) from error
         self._entry, self._place = _CALL(self.call.code), self.call.place
@@ -73,6 +75,17 @@ class Law:
         self.memory[...] = memory
         self._entry(self._place, self._place)
         return self.torque.copy(), self.memory.copy()
+
+    def straight(self, layouts: Layouts) -> Addressed | None:
+        """The same as straight code, if it is a formula that ships and there is any.
+
+        Args:
+            layouts: of the arrays of the run.
+        """
+        if self._plain is not None:
+            return None
+        settings = tuple(item for item in self._arguments[1] if isinstance(item, np.ndarray))
+        return straight(self.controller.formula, [self._arguments], Fixed(settings, settings), layouts)[0]
 
     def raised(self) -> Exception | None:
         """What a formula in plain Python raises here, if it does; a compiled loop cannot say."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from softhand.errors import ControllerError
 from softhand.numerics.arrays import Array
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import log_of_turn, set_rotation
 from softhand.numerics.triples import solved
@@ -115,9 +116,9 @@ def euler_error(coordinates, coordinates_desired, error):
     """
     for k in range(6):
         error[k] = coordinates[k] - coordinates_desired[k]
-        if k > 2 and abs(error[k]) > math.pi:
+        if k > 2 and seldom(abs(error[k]) > math.pi):
             error[k] -= 2.0 * math.pi * math.ceil(error[k] / (2.0 * math.pi) - 0.5)
-    if not (is_regular(coordinates[4]) and is_regular(coordinates_desired[4])):
+    if not usually(is_regular(coordinates[4]) & is_regular(coordinates_desired[4])):
         error[:] = math.nan
 
 

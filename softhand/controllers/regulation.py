@@ -25,6 +25,7 @@ from softhand.controllers.gains import diagonal, pose_diagonal
 from softhand.controllers.pose import OrientationError, irregular
 from softhand.controllers.tips import moved
 from softhand.numerics.arrays import Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
 from softhand.sensing.observation import Observation
@@ -155,7 +156,7 @@ def _finish(observed, gains, force_rows, torsion_rows, posture, tau):
     add_internal_forces(observed.internal_force_basis, squeeze, f_C)
     push_contacts(observed.hand_force_jacobian, f_C, tau)
     for j in range(tau.shape[0]):
-        if gains.K_posture[j] > 0.0:
+        if usually(gains.K_posture[j] > 0.0):
             _add_posture(observed.hand_force_jacobian, gains, posture, observed.joint_position, tau)
             break
 

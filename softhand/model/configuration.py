@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
 
 ADDITIVE, CONTINUOUS, FREE_FLYER = 0, 1, 2
@@ -42,17 +43,17 @@ def _integrate_free_flyer(pose, twist, time, out):
     vx, vy, vz = time * twist[0], time * twist[1], time * twist[2]
     wx, wy, wz = time * twist[3], time * twist[4], time * twist[5]
     square = wx * wx + wy * wy + wz * wz
-    if square > 1e-8:
+    if seldom(square > 0.01):
         angle = math.sqrt(square)
         half = math.sin(0.5 * angle) / angle
         cosine = math.cos(0.5 * angle)
         first = (1.0 - math.cos(angle)) / square
         second = (angle - math.sin(angle)) / (square * angle)
     else:
-        half = 0.5 - square / 48.0
-        cosine = 1.0 - square / 8.0 + square * square / 384.0
-        first = 0.5 - square / 24.0
-        second = 1.0 / 6.0 - square / 120.0
+        half = 0.5 - square * (1 / 48 - square * (1 / 3840 - square * (1 / 645120 - square / 185794560)))
+        cosine = 1.0 - square * (1 / 8 - square * (1 / 384 - square * (1 / 46080 - square / 10321920)))
+        first = 0.5 - square * (1 / 24 - square * (1 / 720 - square * (1 / 40320 - square / 3628800)))
+        second = 1 / 6 - square * (1 / 120 - square * (1 / 5040 - square * (1 / 362880 - square / 39916800)))
     # V(w) v = v + first w x v + second w x (w x v)
     cx, cy, cz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
     ux = vx + first * cx + second * (wy * cz - wz * cy)

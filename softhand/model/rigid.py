@@ -21,14 +21,28 @@ def rigid_terms(tree, q, v, out):
         q: configuration, Pinocchio's, shape (nq,).
         v: velocity, Pinocchio's, shape (nv,).
         out: `snapshot.Terms` as `tree.room_for_terms` makes them: M (upper triangle; what the
-            kernel knows to be zero is left as it is), J, nle and poses are set, but for the pose of the world.
+            kernel knows to be zero is left as it is), J, nle and poses are set.
     """
+    first = 1
+    while first < tree.joints.shape[0]:
+        last = first
+        while last + 1 < tree.joints.shape[0] and tree.joints[last + 1].parent > 0:
+            last += 1
+        branch_terms(tree, first, last, q, v, out)
+        first = last + 1
+
+
+@compiled
+def branch_terms(tree, first, last, q, v, out):
+    """`rigid_terms` of the joints from first to last: of those that begin with one on the world and all behind it."""
     joints, work = tree.joints, tree.work
     world, gravity = work[0], tree.gravity
     for k in range(3):
         world.spin[k] = world.turning[k] = 0.0
         world.lifting[k] = -gravity[k]
-    for b in range(1, joints.shape[0]):
+    for k in range(12):
+        out.poses[0, k] = 1.0 if k < 9 and k % 4 == 0 else 0.0
+    for b in range(first, last + 1):
         joint, pose = joints[b], out.poses[b]
         if joint.kind == FLOATS:
             _place_free_flyer(joint, q, pose, out.J)
@@ -36,7 +50,7 @@ def rigid_terms(tree, q, v, out):
         else:
             _place_joint(joint, q, out.poses[joint.parent], pose, work[b], out.J)
             _move_body(joint, v[joint.column], pose, work[joint.parent], work[b])
-    for b in range(joints.shape[0] - 1, 0, -1):
+    for b in range(last, first - 1, -1):
         if joints[b].kind != FLOATS:
             _project(joints, work, b, out)
             if joints[b].parent > 0:

@@ -94,6 +94,12 @@ def read_tree(model: pin.Model) -> Tree:
     return Tree(joints, gravity, np.zeros(model.njoints, WORK))
 
 
+def branches_of(tree: Tree) -> NDArray[np.int64]:
+    """First and last joint of each branch: a joint on the world, and all behind it, shape (branches, 2)."""
+    firsts = np.flatnonzero(tree.joints["parent"][1:] == 0) + 1
+    return np.stack([firsts, np.append(firsts[1:], len(tree.joints)) - 1], axis=1)
+
+
 def _kind(model: pin.Model, data: pin.Data, index: int) -> tuple[int, Array]:
     """Kind of a joint and its axis in its own frame, zero for a free-flyer."""
     joint = model.joints[index]

@@ -13,12 +13,12 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numba
-import numpy as np
 from numba import carray, types
 
 from softhand.numerics.arrays import AnyArray
 from softhand.numerics.compiled import kernel_folder
-from softhand.numerics.prepared import kind_of, load_text, words_of
+from softhand.numerics.layouts import Layouts
+from softhand.numerics.prepared import kind_of, load_text
 
 
 class Addressed(NamedTuple):
@@ -45,7 +45,7 @@ _FUNCTION = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 _SIGNATURE = types.void(types.CPointer(types.int64), types.CPointer(types.int64))
 
 
-def addressed(function: Callable[..., Any], *arguments: Any) -> Addressed:
+def addressed(function: Callable[..., Any], *arguments: Any, layouts: Layouts) -> Addressed:
     """A compiled function with all its arguments in place: arrays, numbers, and NamedTuples of them.
 
     The arrays are read anew at each call; what is in them may change, where they lie may not.
@@ -53,11 +53,16 @@ def addressed(function: Callable[..., Any], *arguments: Any) -> Addressed:
     Args:
         function: made by `compiled`; what it returns is dropped.
         arguments: all that it takes.
+        layouts: of the arrays.
     """
-    kinds = tuple(kind_of(argument) for argument in arguments)
-    words = np.array([word for argument in arguments for word in words_of(argument)], dtype=np.int64)
-    code = _compile(function, kinds)
-    return Addressed(code.address, words, (code, *arguments))
+    key = function, layouts.of(arguments)
+    if key not in _codes:
+        _codes[key] = _compile(function, tuple(kind_of(argument) for argument in arguments))
+    code = _codes[key]
+    return Addressed(code.address, layouts.words(arguments), (code, *arguments))
+
+
+_codes: dict[Any, Any] = {}
 
 
 @cache

@@ -28,7 +28,7 @@ class KeptCodeWarning(UserWarning):
     """Machine code cannot be kept, or was damaged."""
 
 
-class _File:
+class File:
     """The code of one function for all kinds of arguments, a file each; stands in for numba's index and data files."""
 
     def __init__(self, folder: str, base: str, stamp: Any) -> None:
@@ -84,7 +84,7 @@ class _Keeper(caching.FunctionCache):
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         locator = self._impl.locator
-        self._cache_file: Any = _File(locator.get_cache_path(), self._impl.filename_base, locator.get_source_stamp())
+        self._cache_file: Any = File(locator.get_cache_path(), self._impl.filename_base, locator.get_source_stamp())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 
 SINGULAR = 1e-6
@@ -38,7 +39,7 @@ def factor(A, first):
         pivot = A[i, i]
         for k in range(start, i):
             pivot -= A[i, k] * A[i, k]
-        if not pivot > 0.0:
+        if not usually(pivot > 0.0):
             return i
         A[i, i] = 1.0 / math.sqrt(pivot)
     return -1
@@ -89,7 +90,7 @@ def least_norm(A, transposed, b, x):
         for i in range(size):
             y[i] = b[i]
     if _factor_well(gram):
-        _substitute(gram, y)
+        substitute(gram, y)
     else:
         _gram(A, by_rows, gram)
         _solve_semidefinite(gram, y)
@@ -259,15 +260,36 @@ def _factor_well(A):
         for k in range(i):
             pivot -= A[i, k] * A[i, k]
         smallest, largest = min(smallest, pivot), max(largest, pivot)
-        if not smallest > SINGULAR * SINGULAR * largest:
+        if not usually(smallest > SINGULAR * SINGULAR * largest):
             return False
         A[i, i] = 1.0 / math.sqrt(pivot)
     return True
 
 
 @compiled
-def _substitute(L, y):
-    """y = (L L^T)^-1 y, L from `_factor_well`."""
+def factor_by_columns(A):
+    """As `_factor_well`, with inner loops along rows, which pays for matrices of twenty rows and more."""
+    n = A.shape[0]
+    column, smallest, largest = np.empty(n), math.inf, 0.0
+    for j in range(n):
+        pivot = A[j, j]
+        smallest, largest = min(smallest, pivot), max(largest, pivot)
+        if not smallest > SINGULAR * SINGULAR * largest:
+            return False
+        A[j, j] = 1.0 / math.sqrt(pivot)
+        for i in range(j + 1, n):
+            A[i, j] *= A[j, j]
+            column[i] = A[i, j]
+        for i in range(j + 1, n):
+            share, row = A[i, j], A[i]
+            for k in range(j + 1, i + 1):
+                row[k] -= share * column[k]
+    return True
+
+
+@compiled
+def substitute(L, y):
+    """y = (L L^T)^-1 y, L from `_factor_well` or `factor_by_columns`."""
     n = L.shape[0]
     for i in range(n):
         value = y[i]

@@ -117,13 +117,17 @@ def kind_of(argument: Any) -> Kind:
     return _kinds[key]
 
 
+PLACE_WORD = 4
+"""Which of the words of an array is its address."""
+
+
 def words_of(argument: Any) -> Iterator[int]:
     """An argument as numba holds it: an array as its parts (no owner), a number as its bits, a tuple as its items."""
     if isinstance(argument, tuple):
         for item in argument:
             yield from words_of(item)
     elif isinstance(argument, np.ndarray):
-        place = argument.__array_interface__["data"][0]
+        place = argument.ctypes.data
         yield from (0, 0, argument.size, argument.itemsize, place, *argument.shape, *argument.strides)
     elif isinstance(argument, float):
         yield int(np.float64(argument).view(np.int64))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from softhand.numerics.arrays import Array
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 
 _SMALL = 1e-8  # [rad^2] below which series are exact to rounding
@@ -56,7 +57,7 @@ def log_of_turn(start, end, w):
     y = _entry(start, end, 0, 2) - _entry(start, end, 2, 0)
     z = _entry(start, end, 1, 0) - _entry(start, end, 0, 1)
     trace = t00 + t11 + t22
-    if trace > 0.0:  # four times the squares of the quaternion's parts are 1 + trace, 1 + 2 t00 - trace, ...
+    if usually(trace > 0.0):  # four times the squares of the quaternion's parts are 1 + trace, 1 + 2 t00 - trace, ...
         q, scale = 1.0 + trace, 1.0
     elif t00 >= t11 and t00 >= t22:
         q, x, scale = x, 1.0 + t00 - t11 - t22, math.copysign(1.0, x)
@@ -68,7 +69,7 @@ def log_of_turn(start, end, w):
         q, z, scale = z, 1.0 + t22 - t00 - t11, math.copysign(1.0, z)
         x, y = _entry(start, end, 0, 2) + _entry(start, end, 2, 0), _entry(start, end, 1, 2) + _entry(start, end, 2, 1)
     length = math.sqrt(x * x + y * y + z * z)
-    if length > 0.0:
+    if usually(length > 0.0):
         scale *= 2.0 * math.atan2(length, abs(q)) / length
     w[0], w[1], w[2] = scale * x, scale * y, scale * z
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from softhand.numerics.branches import spared
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import factor, solve
 
@@ -24,7 +25,7 @@ def generalized_force(touch, nle, torque, external, out):
     for k in range(torque.shape[0]):
         out[k] += torque[k]
     for i in range(touch.contacts.shape[0]):
-        if not touch.contacts[i].is_idle:
+        if not spared(touch.contacts[i].is_idle > 0):
             add_contact_force(touch.columns[i], touch.jacobian[i], touch.contacts[i].force, out)
 
 

@@ -87,13 +87,13 @@ def is_at(q, v, z, at):
     nq, nv = q.shape[0], v.shape[0]
     same = True
     for k in range(nq):
-        same = same and at[k] == q[k]
+        same &= at[k] == q[k]
     for k in range(nv):
-        same = same and at[nq + k] == v[k]
+        same &= at[nq + k] == v[k]
     memory = z.shape[1]
     for i in range(z.shape[0]):
         for k in range(memory):
-            same = same and at[nq + nv + memory * i + k] == z[i, k]
+            same &= at[nq + nv + memory * i + k] == z[i, k]
     return same
 
 

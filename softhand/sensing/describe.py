@@ -8,6 +8,7 @@ from softhand.contact.kinematics import contact_coordinates
 from softhand.contact.limit import limit_use, set_limit
 from softhand.contact.scaled import traction
 from softhand.model.configuration import CONTINUOUS
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import set_rpy
 
@@ -95,14 +96,9 @@ def describe_tips(body, columns, poses, J, contacts, tips):
 
 @compiled
 def describe_contacts(touch, at_tips):
-    """Forces, deformations, friction."""
-    for i in range(at_tips.friction_use.shape[0]):
-        pad, contact = touch.pads[i], touch.contacts[i]
-        at_tips.friction_use[i] = _friction_use(contact)
-        if not pad.can_slip:
-            set_limit(pad, contact)
-            room = contact.friction * contact.force[2]
-            contact.limit_surface_use = limit_use(contact, traction(contact), room)
+    """Forces, deformations, slip."""
+    for i in range(at_tips.is_slipping.shape[0]):
+        contact = touch.contacts[i]
         for k in range(4):
             at_tips.contact_force[i, k], at_tips.deformation[i, k] = contact.force[k], contact.deformation[k]
             at_tips.deformation_rate[i, k] = contact.deformation_rate[k]
@@ -114,8 +110,21 @@ def describe_contacts(touch, at_tips):
                 at_tips.contact_rotation[i, row, k] = contact.rotation[row, k]
         at_tips.contact_angles[i, 0], at_tips.contact_angles[i, 1] = contact.angles[0], contact.angles[1]
         at_tips.contact_feature[i], at_tips.is_slipping[i] = contact.feature, contact.is_slipping
-        at_tips.limit_surface_use[i], at_tips.slip_travel[i] = contact.limit_surface_use, contact.slip_travel
-        at_tips.slip_twist[i], at_tips.slip_loss[i] = contact.slip_twist, contact.slip_loss
+        at_tips.slip_travel[i], at_tips.slip_twist[i] = contact.slip_travel, contact.slip_twist
+        at_tips.slip_loss[i] = contact.slip_loss
+
+
+@compiled
+def describe_friction(touch, at_tips):
+    """How near the contacts are to slipping."""
+    for i in range(at_tips.friction_use.shape[0]):
+        pad, contact = touch.pads[i], touch.contacts[i]
+        at_tips.friction_use[i] = _friction_use(contact)
+        if not pad.can_slip:
+            set_limit(pad, contact)
+            room = contact.friction * contact.force[2]
+            contact.limit_surface_use = limit_use(contact, traction(contact), room)
+        at_tips.limit_surface_use[i] = contact.limit_surface_use
 
 
 @compiled
@@ -157,7 +166,9 @@ def _friction_use(contact):
     f = contact.force
     limit = contact.friction * max(f[2], 0.0)
     tangential = math.hypot(f[0], f[1])
-    return tangential / limit if limit > 0.0 else (math.inf if tangential > 0.0 else 0.0)
+    if usually(limit > 0.0):
+        return tangential / limit
+    return math.inf if tangential > 0.0 else 0.0
 
 
 @compiled

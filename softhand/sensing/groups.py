@@ -103,17 +103,19 @@ class Asked(NamedTuple):
 
 GROUPS = (Joints, Object, Tips, Contacts, Jacobians, Supports, Internal, Asked)
 
-JOINTS, OBJECT, TIPS, CONTACTS, ROLLING, JACOBIANS, PAPER, SUPPORTS, INTERNAL = range(9)
-"""Parts of an observation that can be left out: the groups, and of them apart what is dear: eta and its rate, and the
-Jacobians by the coordinates of the object."""
+JOINTS, OBJECT, TIPS, CONTACTS, FRICTION, ROLLING, JACOBIANS, PAPER, SUPPORTS, INTERNAL = range(10)
+"""Parts of an observation that can be left out: the groups, and of them apart what is dear: how near a contact is to
+slipping, eta and its rate, and the Jacobians by the coordinates of the object."""
 
+_FRICTION = {"friction_use", "limit_surface_use"}
 _ROLLING = {"contact_coordinates", "contact_coordinates_rate"}
 _PAPER = {"J_O_f", "J_O_tau"}
 _FIELDS = {
     JOINTS: set(Joints._fields),
     OBJECT: {*Object._fields, "object_position", "object_rpy", *_PAPER},
     TIPS: set(Tips._fields),
-    CONTACTS: set(Contacts._fields) - _ROLLING,
+    CONTACTS: set(Contacts._fields) - _ROLLING - _FRICTION,
+    FRICTION: _FRICTION,
     ROLLING: _ROLLING,
     JACOBIANS: set(Jacobians._fields) - _PAPER,
     PAPER: _PAPER,
@@ -123,6 +125,6 @@ _FIELDS = {
 
 
 def parts_of(fields: Iterable[str]) -> AnyArray:
-    """Which parts these fields need: 1 at each of them, shape (9,)."""
+    """Which parts these fields need: 1 at each of them, shape (10,)."""
     names = set(fields)
     return np.array([not names.isdisjoint(own) for own in _FIELDS.values()], dtype=np.int64)

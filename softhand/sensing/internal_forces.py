@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 
+from softhand.numerics.branches import usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import least_norm
+from softhand.sensing.truss import truss_forces
 
+_FEW = 4  # contacts up to which K alone is the quicker way; from five on K K^T is singular
 _APART = 1e-9  # [m] below which two contacts are one point: tips in the air may all be nearest to one vertex
 
 
@@ -30,10 +33,12 @@ def internal_forces(contacts, pairs, K, internal_force):
         a, b = contacts[i], contacts[j]
         x, y, z = b.point[0] - a.point[0], b.point[1] - a.point[1], b.point[2] - a.point[2]
         apart = math.sqrt(x * x + y * y + z * z)
-        scale = 1.0 / apart if apart > _APART else 0.0
+        scale = 1.0 / apart if usually(apart > _APART) else 0.0
         for row in range(3):
             K[3 * i + row, k] = scale * (a.rotation[0, row] * x + a.rotation[1, row] * y + a.rotation[2, row] * z)
             K[3 * j + row, k] = -scale * (b.rotation[0, row] * x + b.rotation[1, row] * y + b.rotation[2, row] * z)
+    if K.shape[0] > 3 * _FEW and truss_forces(contacts, pairs, internal_force):
+        return
     f_C = np.empty(K.shape[0])
     for i in range(K.shape[0] // 3):
         for row in range(3):

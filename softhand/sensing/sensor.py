@@ -20,6 +20,7 @@ from softhand.references.reference import Desired
 from softhand.sensing.describe import (
     copy_desired,
     describe_contacts,
+    describe_friction,
     describe_jacobians,
     describe_joints,
     describe_object,
@@ -31,6 +32,7 @@ from softhand.sensing.describe import (
 from softhand.sensing.fields import FIELDS, pick, room
 from softhand.sensing.groups import (
     CONTACTS,
+    FRICTION,
     GROUPS,
     INTERNAL,
     JACOBIANS,
@@ -122,7 +124,7 @@ class Sensor:
         plant, desired = self._plant, self._desired
         self._state = state
         self._observe = prepared(
-            observe,
+            _observe_from_there,
             self.body,
             plant.touching,
             plant.snapshot.terms,
@@ -136,8 +138,17 @@ class Sensor:
 
 
 @compiled
+def _observe_from_there(body, touch, terms, desired, state, at, groups, parts, evaluated):
+    """`observe`; False if the plant is said to be evaluated at this state and is not."""
+    if evaluated and not is_at(state.q, state.v, state.z, at):
+        return False
+    observe(body, touch, terms, desired, state, at, groups, parts, evaluated)
+    return True
+
+
+@compiled
 def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
-    """All parts that are asked for, but the time; False if the plant is said to be evaluated at this state and is not.
+    """All parts that are asked for, but the time.
 
     Args:
         body: what does not change.
@@ -157,10 +168,8 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, touch.depths, False, contacts,
                           touch.jacobian)  # fmt: skip
         at[0] = math.nan
-    elif is_at(state.q, state.v, state.z, at):
-        move_contacts(touch.columns, contacts, touch.jacobian, state.v)
     else:
-        return False
+        move_contacts(touch.pads, touch.columns, contacts, touch.jacobian, state.v)
     if parts[JOINTS] or parts[OBJECT]:
         gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
     if parts[JOINTS]:
@@ -171,6 +180,8 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         describe_tips(body, touch.columns, poses, J, contacts, tips)
     if parts[CONTACTS]:
         describe_contacts(touch, at_tips)
+    if parts[FRICTION]:
+        describe_friction(touch, at_tips)
     if parts[ROLLING]:
         describe_rolling(touch, poses, J, state.v, at_tips)
     if parts[JACOBIANS]:
@@ -178,8 +189,7 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
     if parts[PAPER]:
         describe_paper_jacobians(touch, object_pose, object_.coordinate_map, jacobians)
     if parts[SUPPORTS]:
-        describe_supports(contacts, at_tips.friction_use.shape[0], supports)
+        describe_supports(contacts, at_tips.is_slipping.shape[0], supports)
     if parts[INTERNAL]:  # f_N = K^+ f_C                                                               (58)
         internal_forces(contacts, body.pairs, internal.internal_force_basis, internal.internal_force)
     copy_desired(desired, asked)
-    return True

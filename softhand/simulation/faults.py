@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.errors import SimulationStopped
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 from softhand.plant.plant import Plant
 
@@ -25,32 +26,32 @@ _FASTEST = 1e3  # [m/s, rad/s] faster than any hand: the run has diverged
 def find_fault(v, pads, contacts, Theta):
     """What ends the run, and at which finger; Theta of the previous sample is brought up to date."""
     for i in range(contacts.shape[0]):
-        if contacts[i].is_broken:
+        if seldom(contacts[i].is_broken > 0):
             return BROKEN, i
     for k in range(v.shape[0]):
-        if not abs(v[k]) < _FASTEST:
+        if not usually(abs(v[k]) < _FASTEST):
             return DIVERGED, 0
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        if contact.deformation[0] > 0.0 and contact.deformation_force[0] < 0.0:
+        if seldom((contact.deformation[0] > 0.0) & (contact.deformation_force[0] < 0.0)):
             return PULLS, i
-        if pads[i].radius > 0.0 and contact.distance < _FLAT_BELOW * pads[i].radius:
+        if seldom((pads[i].radius > 0.0) & (contact.distance < _FLAT_BELOW * pads[i].radius)):
             return FLAT, i
         if pads[i].is_support:
             continue
-        if pads[i].can_slip and not contact.deformation[0] > 0.0:
+        if pads[i].can_slip and not usually(contact.deformation[0] > 0.0):
             Theta[i] = math.nan
             continue
         if pads[i].is_surface:
-            if contact.sin_Phi < 0.0:
+            if seldom(contact.sin_Phi < 0.0):
                 return RIM, i
             continue
         phi = contact.angles[1] + contact.deformation[2]
         turn = abs(contact.angles[0] - Theta[i])
         Theta[i] = contact.angles[0]
-        if contact.cos_Phi < _APEX_BELOW or min(turn, 2.0 * math.pi - turn) > _APEX_JUMP:
+        if seldom((contact.cos_Phi < _APEX_BELOW) | (min(turn, 2.0 * math.pi - turn) > _APEX_JUMP)):
             return APEX, i
-        if not 0.0 < phi < math.pi:
+        if not usually((phi > 0.0) & (phi < math.pi)):
             return RIM, i
     return HEALTHY, 0
 

@@ -7,23 +7,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.address import done
 from softhand.contact.damping import relax, relaxation_rate, slide
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
-from softhand.model.rigid import rigid_terms
+from softhand.model.rigid import branch_terms, rigid_terms
 from softhand.model.snapshot import Terms
-from softhand.model.tree import Tree
+from softhand.model.tree import Tree, branches_of
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
+from softhand.numerics.inlined import inlined
 from softhand.plant.dynamics import accelerate
 from softhand.plant.plant import Plant, Touch
 from softhand.plant.state import State, StateArrays, is_at, set_at
-from softhand.steppers.midpoint import Kicks, kick, kick_drift, room_for_kicks, start_step
+from softhand.steppers.midpoint import STARTED, Kicks, begin_kick, kick, kick_drift, meet_contact, room_for_kicks, start_step
 
 MIDPOINT, SEMI_IMPLICIT_EULER, RK4 = range(3)
+
+KICK_DRIFT, BEGIN, KICK, CONTACTS = range(4)
+"""Rows of `Mechanics.straight`; from the last on one for each contact, then one for each branch of the tree."""
 
 
 class Mechanics(NamedTuple):
@@ -35,7 +40,7 @@ class Mechanics(NamedTuple):
     terms: Terms
     envelope: NDArray[np.int64]
     at: Array
-    """`Plant.at`."""
+    """`Plant.at`; between two steps it is enough that its first number is no NaN."""
     state: StateArrays
     torque: Array
     """Of the joints [N m, N], shape (n,)."""
@@ -48,12 +53,17 @@ class Mechanics(NamedTuple):
     """Room, shape (nv, nv)."""
     slopes: Array
     """Room: y, a stage and four slopes of Runge-Kutta, or the acceleration, shape (6, nq + nv + nc n_memory)."""
+    straight: NDArray[np.int64]
+    """Addresses of straight code and of its words, see `KICK_DRIFT`; zeros where there is none, shape (rows, 2)."""
+    branches: NDArray[np.int64]
+    """First and last joint of each branch of the tree, shape (branches, 2)."""
 
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
     nv, snapshot = plant.world.model.nv, plant.snapshot
     assert isinstance(snapshot, CompiledSnapshot)
+    branches = branches_of(snapshot.tree)
     return Mechanics(
         snapshot.tree,
         plant.joints,
@@ -68,10 +78,12 @@ def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
         room_for_kicks(plant),
         np.zeros((nv, nv)),
         np.zeros((6, plant.at.shape[0])),
+        np.zeros((CONTACTS + len(plant.contacts) + len(branches), 2), np.int64),
+        branches,
     )
 
 
-@compiled
+@inlined
 def advance(kind, m, step):
     """One step of the stepper of that kind; the state moves on in place."""
     if kind == MIDPOINT:
@@ -82,15 +94,26 @@ def advance(kind, m, step):
         _rk4(m, step)
 
 
-@compiled
+@inlined
 def _midpoint(m, step):
     """As `Midpoint`."""
-    if not kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state):
-        rigid_terms(m.tree, m.state.q, m.state.v, m.terms)
-        start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
-        kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
-    rigid_terms(m.tree, m.state.q, m.kicks.ahead, m.terms)
-    kick(m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state)
+    codes, state = m.straight, m.state
+    if not (m.kicks.flags[STARTED] and m.at[0] == m.at[0]):  # NaN if the contacts are not those of the state
+        rigid_terms(m.tree, state.q, state.v, m.terms)
+        start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, state)
+    if not done(codes, KICK_DRIFT):
+        kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step, state)
+    for k in range(m.branches.shape[0]):
+        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):
+            branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, m.kicks.ahead, m.terms)
+    if not done(codes, BEGIN):
+        begin_kick(m.torque, m.external, m.terms, m.envelope, m.kicks, step, state.v)
+    for i in range(m.touch.contacts.shape[0]):
+        if not done(codes, CONTACTS + i):
+            meet_contact(i, m.touch, m.terms, m.kicks, step, state.z)
+    if not done(codes, KICK):
+        kick(m.envelope, m.kicks, step, state.v)
+    m.at[0] = state.q[0]
 
 
 @compiled
@@ -125,7 +148,7 @@ def _semi_implicit_euler(m, step):
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
     integrate(m.joints, q, v, step, q)
-    integrate_memory(touch.columns, touch.contacts, touch.jacobian, v, step, z)
+    integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, v, step, z)
     relax(touch.pads, touch.contacts, step, z)
     _settle(m, step)
 

@@ -7,18 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand.contact.damping import relax
-from softhand.contact.friction import note_slip
+from softhand.contact.damping import relax, relax_contact
+from softhand.contact.friction import note_slip, note_slip_of
 from softhand.contact.kinematics import integrate_memory
-from softhand.contact.layer import evaluate_contacts
+from softhand.contact.layer import evaluate_contact, evaluate_contacts
 from softhand.model.configuration import integrate
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.branches import seldom, spared, usually
 from softhand.numerics.compiled import compiled
-from softhand.numerics.linear import solve
+from softhand.numerics.linear import factor, solve
 from softhand.numerics.prepared import prepared
+from softhand.plant.dynamics import add_contact_force, copy_mass
 from softhand.plant.plant import Plant
 from softhand.plant.state import State, is_at, set_at
-from softhand.steppers.midpoint_terms import acceleration_of, factor_matrix, lag_of, pull_of, undamped_ahead
+from softhand.steppers.midpoint_terms import acceleration_of, add_stiffness, factor_matrix, lag_of, pull_of, undamped_ahead
 from softhand.steppers.stepper import Integration, Stepper
 
 
@@ -128,8 +130,8 @@ class _MidpointIntegration(Integration):
         common = plant.touching, plant.snapshot.terms, plant.envelope, kicks, plant.at, self._step, state.arrays
         drive = self.torque, plant.external
         self._start = prepared(start_step, *common)
-        self._kick_drift = prepared(kick_drift, plant.joints, *drive, *common)
-        self._kick = prepared(kick, *drive, *common)
+        self._kick_drift = prepared(_kick_drift_from_there, plant.joints, *drive, *common)
+        self._kick = prepared(_kick_again, *drive, *common)
 
 
 @compiled
@@ -153,13 +155,11 @@ def start_step(touch, terms, envelope, kicks, at, step, state):
 
 
 @compiled
-def kick_drift(joints, torque, external, touch, terms, envelope, kicks, at, step, state):
-    """First kick and drift; False if the plant was not evaluated at this state by the step before."""
-    if not (kicks.flags[STARTED] and is_at(state.q, state.v, state.z, at)):
-        return False
+def kick_drift(joints, torque, external, touch, terms, envelope, kicks, step, state):
+    """First kick and drift, from a state at which the contacts are evaluated."""
     w, middle, ahead, a, h = kicks.w, kicks.middle, kicks.ahead, kicks.acceleration, step
     # kick: a at the evaluation that the last step ended with, under the torques and pushes of now
-    if kicks.flags[HELD]:
+    if usually(kicks.flags[HELD] > 0):
         _change_drive(envelope, torque, external, kicks)
     else:
         acceleration_of(touch, terms.nle, envelope, torque, external, kicks.pull, kicks.matrix, a)
@@ -170,40 +170,81 @@ def kick_drift(joints, torque, external, touch, terms, envelope, kicks, at, step
         kicks.held[k] = _drive(torque, external, k)
     # drift: q for h, z for h/2 with the frames of the begin
     relax(touch.pads, touch.contacts, 0.5 * h, state.z)
-    integrate_memory(touch.columns, touch.contacts, touch.jacobian, middle, 0.5 * h, state.z)
+    integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, middle, 0.5 * h, state.z)
     integrate(joints, state.q, middle, h, state.q)
-    return True
 
 
 @compiled
-def kick(torque, external, touch, terms, envelope, kicks, at, step, state):
-    """Contacts and matrix at the new state, z for the other h/2 with its frames, and the second kick."""
-    contacts, w, middle, above, a, h = touch.contacts, kicks.w, kicks.middle, kicks.above, kicks.acceleration, step
-    for i in range(contacts.shape[0]):
-        touch.depths[i] = math.nan if contacts[i].is_idle else contacts[i].deformation[0]
-        for k in range(4):
-            kicks.rate[i, k] = contacts[i].deformation_rate[k]
+def begin_kick(torque, external, terms, envelope, kicks, step, v):
+    """Second kick: v, matrix and right-hand side without the contacts; `acceleration` is that side until it is solved.
+
+    v is that of an acceleration which grows evenly within the step.
+    """
+    copy_mass(terms.M, envelope, kicks.matrix)
+    for k in range(v.shape[0]):
+        v[k] = kicks.middle[k] + step / 6.0 * kicks.acceleration[k]
+        kicks.above[k] -= step / 6.0 * kicks.acceleration[k]
+        kicks.acceleration[k] = _drive(torque, external, k) - terms.nle[k]
+
+
+@compiled
+def meet_contact(i, touch, terms, kicks, step, z):
+    """One contact at the new configuration: z for the other h/2 with the frames there, slip; its part of the kick."""
+    pad, contact, memory, rate = touch.pads[i], touch.contacts[i], z[i], kicks.rate[i]
+    columns, jacobian, pull = touch.columns[i], touch.jacobian[i], kicks.pull[i]
+    depth = contact.deformation[0]
+    if pad.is_support and seldom(contact.is_idle > 0):
+        depth = math.nan
+    for k in range(4):
+        rate[k] = contact.deformation_rate[k]
     # drift, second half: z + (h/2) z'(middle) at the new configuration
-    evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, middle, state.z, 0.5 * h, touch.depths, True,
-                      contacts, touch.jacobian)  # fmt: skip
-    for i in range(contacts.shape[0]):
-        for k in range(3):
-            state.z[i, k] = contacts[i].deformation[1 + k]
-    pull_of(touch, 0.25 * h, kicks.rate, kicks.pull)
-    note_slip(touch.pads, contacts, state.z, h)
-    relax(touch.pads, contacts, 0.5 * h, state.z)
-    # kick: w, and v of an acceleration that grows evenly within the step
-    factor_matrix(touch, terms.M, envelope, h, kicks.matrix)
+    evaluate_contact(pad, columns, terms.poses, terms.J, kicks.middle, memory, 0.5 * step, depth, True, contact,
+                     jacobian)  # fmt: skip
+    for k in range(3):
+        memory[k] = contact.deformation[1 + k]
+    if pad.is_support and seldom(contact.is_idle > 0):
+        return
+    pull_of(contact, 0.25 * step, rate, depth, pull)
+    note_slip_of(pad, contact, memory, step)
+    relax_contact(pad, contact, 0.5 * step, memory)
+    # kick
+    add_stiffness(columns, contact, jacobian, step, kicks.matrix)
+    add_contact_force(columns, jacobian, contact.force, kicks.acceleration)
+    add_contact_force(columns, jacobian, pull, kicks.acceleration)
+
+
+@compiled
+def kick(envelope, kicks, step, v):
+    """The second kick itself, once all contacts are met: v and w."""
+    w, middle, a, h = kicks.w, kicks.middle, kicks.acceleration, step
+    if factor(kicks.matrix, envelope) >= 0:
+        kicks.matrix[:] = math.nan
+    solve(kicks.matrix, envelope, a)
+    is_first = seldom(kicks.flags[FIRST] > 0)
     for k in range(w.shape[0]):
-        state.v[k] = middle[k] + h / 6.0 * a[k]
-        above[k] -= h / 6.0 * a[k]
-    acceleration_of(touch, terms.nle, envelope, torque, external, kicks.pull, kicks.matrix, a)
-    for k in range(w.shape[0]):
-        missing = above[k] + h / 6.0 * a[k] if kicks.flags[FIRST] else 0.0
-        state.v[k] += h / 3.0 * a[k] + missing
+        missing = kicks.above[k] + h / 6.0 * a[k] if is_first else 0.0
+        v[k] += h / 3.0 * a[k] + missing
         w[k] = middle[k] + 0.5 * h * a[k] + missing
     kicks.flags[FIRST], kicks.flags[HELD] = 0, 1
+
+
+@compiled
+def _kick_again(torque, external, touch, terms, envelope, kicks, at, step, state):
+    """The second kick with all that belongs to it."""
+    begin_kick(torque, external, terms, envelope, kicks, step, state.v)
+    for i in range(touch.contacts.shape[0]):
+        meet_contact(i, touch, terms, kicks, step, state.z)
+    kick(envelope, kicks, step, state.v)
     set_at(state.q, state.v, state.z, at)
+
+
+@compiled
+def _kick_drift_from_there(joints, torque, external, touch, terms, envelope, kicks, at, step, state):
+    """`kick_drift`; False if the plant was not evaluated at this state by the step before."""
+    if not (kicks.flags[STARTED] and is_at(state.q, state.v, state.z, at)):
+        return False
+    kick_drift(joints, torque, external, touch, terms, envelope, kicks, step, state)
+    return True
 
 
 @compiled
@@ -218,8 +259,8 @@ def _change_drive(envelope, torque, external, kicks):
     change, same = kicks.ahead, True
     for k in range(change.shape[0]):
         change[k] = _drive(torque, external, k) - kicks.held[k]
-        same = same and change[k] == 0.0
-    if not same:
+        same &= change[k] == 0.0
+    if not spared(same):
         solve(kicks.matrix, envelope, change)
         for k in range(change.shape[0]):
             kicks.acceleration[k] += change[k]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from softhand.contact.kinematics import relative_velocity
+from softhand.numerics.branches import spared, usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import factor, solve
 from softhand.plant.dynamics import add_contact_force, copy_mass, generalized_force
@@ -17,8 +16,8 @@ def factor_matrix(touch, M, envelope, step, matrix):
     """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J; NaN if it is not positive definite."""
     copy_mass(M, envelope, matrix)
     for i in range(touch.contacts.shape[0]):
-        if not touch.contacts[i].is_idle:
-            _add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
+        if not spared(touch.contacts[i].is_idle > 0):
+            add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
     if factor(matrix, envelope) >= 0:
         matrix[:] = np.nan
 
@@ -28,7 +27,7 @@ def acceleration_of(touch, nle, envelope, torque, external, pull, matrix, accele
     """a of a kick: matrix^-1 {(tau, 0) + external - (C v + N) - J^T (C_F + pull)}."""
     generalized_force(touch, nle, torque, external, acceleration)
     for i in range(touch.contacts.shape[0]):
-        if not touch.contacts[i].is_idle:
+        if not spared(touch.contacts[i].is_idle > 0):
             add_contact_force(touch.columns[i], touch.jacobian[i], pull[i], acceleration)
     solve(matrix, envelope, acceleration)
 
@@ -39,7 +38,7 @@ def lag_of(touch, envelope, matrix, step, lag):
     lag[:] = 0.0
     force = np.empty(4)
     for i in range(touch.contacts.shape[0]):
-        if touch.contacts[i].is_idle:
+        if spared(touch.contacts[i].is_idle > 0):
             continue
         K, u = touch.contacts[i].stiffness, touch.contacts[i].velocity
         for k in range(4):
@@ -57,7 +56,7 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
     change[:] = 0.0
     force = np.empty(4)
     for i in range(touch.contacts.shape[0]):
-        if touch.contacts[i].is_idle:
+        if spared(touch.contacts[i].is_idle > 0):
             continue
         relative_velocity(touch.columns[i], touch.jacobian[i], acceleration, force)
         for k in range(4):
@@ -69,33 +68,29 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
 
 
 @compiled
-def pull_of(touch, weight, rate, pull):
+def pull_of(contact, weight, rate, depth, pull):
     """pull = weight K J_delta (delta' now - rate): what the change of J within the step does to the contact force.
 
     Beside it half of what it does to the viscous force along z, which is taken at the mean rate of the step.
 
-    Zero for a contact that did not touch before the step.
+    Zero for a contact that did not touch before the step, where `depth` is NaN.
     """
-    for i in range(touch.contacts.shape[0]):
-        contact = touch.contacts[i]
-        if contact.is_idle:
-            continue
-        if math.isnan(touch.depths[i]):
-            pull[i, :] = 0.0
-            continue
-        change, before = contact.deformation_rate, rate[i]
-        x = (change[1] - before[1]) / contact.theta_per_x
-        y = (change[2] - before[2]) / contact.phi_per_y
-        z = change[0] - before[0]
-        w = change[3] - before[3] - contact.psi_per_x * x
-        K = contact.stiffness
-        for k in range(4):
-            pull[i, k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
-        pull[i, 2] += 0.5 * contact.damping[2] * z
+    if not usually(depth == depth):
+        pull[:] = 0.0
+        return
+    change = contact.deformation_rate
+    x = (change[1] - rate[1]) / contact.theta_per_x
+    y = (change[2] - rate[2]) / contact.phi_per_y
+    z = change[0] - rate[0]
+    w = change[3] - rate[3] - contact.psi_per_x * x
+    K = contact.stiffness
+    for k in range(4):
+        pull[k] = weight * (K[k, 0] * x + K[k, 1] * y + K[k, 2] * z + K[k, 3] * w)
+    pull[2] += 0.5 * contact.damping[2] * z
 
 
 @compiled
-def _add_stiffness(columns, contact, jacobian, step, matrix):
+def add_stiffness(columns, contact, jacobian, step, matrix):
     """Lower triangle of matrix += (h/2) J^T D J + (h^2/4) J^T K J of one contact, K symmetrised."""
     weight, per_step = 0.25 * step * step, 2.0 / step
     K, D = contact.stiffness, contact.damping

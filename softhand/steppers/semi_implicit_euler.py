@@ -61,5 +61,5 @@ def _move(pads, joints, columns, contacts, jacobian, acceleration, step, q, v, z
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
     integrate(joints, q, v, step, q)
-    integrate_memory(columns, contacts, jacobian, v, step, z)
+    integrate_memory(pads, columns, contacts, jacobian, v, step, z)
     relax(pads, contacts, step, z)

@@ -1,0 +1,50 @@
+"""Straight code on disk, in the folder of the kernels that it is made from."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from softhand.numerics.assembling import processor
+from softhand.numerics.compiled import kernels_of
+from softhand.numerics.kept import File
+
+
+_MAKERS = ("symbols", "blocks", "tracing", "assembling", "straight", "layouts")
+
+
+@cache
+def _makers() -> str:
+    """Digest of what makes straight code of a kernel."""
+    sources = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in _MAKERS]
+    return hashlib.sha256(b"".join(sources)).hexdigest()
+
+
+class KeptCodes:
+    """A place for the codes of one kernel and one structure.
+
+    Args:
+        module: of the kernel; that of others, of which nothing tells when it is stale, has no place.
+        text: tells the structure.
+    """
+
+    def __init__(self, module: str, text: str) -> None:
+        self._key = text, processor(), _makers()
+        self._file = None
+        if module.startswith("softhand."):
+            folder = kernels_of(module.removeprefix("softhand."))
+            self._file = File(str(folder), "straight", "")
+
+    def found(self) -> Any:
+        """What was kept; None if there is nothing."""
+        return self._file.load(self._key) if self._file is not None else None
+
+    def keep(self, codes: Any) -> None:
+        """Where that is possible."""
+        if self._file is not None:
+            try:
+                self._file.save(self._key, codes)
+            except OSError:
+                pass  # kept.py has warned where nothing can be written
