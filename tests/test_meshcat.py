@@ -226,8 +226,10 @@ def test_an_animation_moves_as_recorded_beside_what_is_there(page, vis, scene, r
         page.open(viewer.address)
         assert wait_until(lambda: page.evaluate("viewer.animator.duration") > 0.0)
         assert wind(page, 0.2) == later
+        vis["softhand"].set_transform(meshcat.transformations.translation_matrix([0.0, 0.0, 2.0]))
         viewer.clear()
-        assert wait_until(lambda: paths(page) == ["mine"])
+        assert wait_until(lambda: page.evaluate(f"Object.keys({node('softhand')}.children)") == [])
+        assert matrix(page, "softhand")[2, 3] == 2.0 and sorted(paths(page)) == ["mine", "softhand"]
     assert [error for error in page.console_errors if "404" not in error] == []  # meshcat has no favicon
 
 

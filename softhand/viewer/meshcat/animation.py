@@ -12,7 +12,7 @@ from meshcat.path import Path
 
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.recording.recording import Recording
-from softhand.viewer.meshcat.objects import object_of, path_of, place, put, tell
+from softhand.viewer.meshcat.objects import ANIMATION, object_of, path_of, place, put, tell
 from softhand.viewer.meshcat.wire import Command
 from softhand.viewer.report.packing import frames_of
 from softhand.viewer.scene.item import Item, Update
@@ -70,7 +70,7 @@ class Take:
         yield from self._objects
         yield {
             **SetAnimation(self._animation, play=play, repetitions=repetitions).lower(),
-            "path": self._base.append("animation").lower(),
+            "path": self._base.append(ANIMATION).lower(),
         }
 
     def _film(self, item: Item, updates: Sequence[Update]) -> Iterator[Command]:

@@ -27,6 +27,9 @@ from softhand.viewer.scene.palette import Colour
 _OPAQUE_FROM = 0.3  # what is fainter does not hide what lies behind it
 
 
+ANIMATION = "animation"  # beside the layers
+
+
 class Shape(Geometry):
     """Triangles or segments, and the other shapes that an animation gives them.
 

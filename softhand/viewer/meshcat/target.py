@@ -13,10 +13,11 @@ from meshcat import Visualizer
 from meshcat.path import Path
 
 from softhand.errors import SofthandError
-from softhand.viewer.meshcat.objects import place, remove, tell
+from softhand.viewer.meshcat.objects import ANIMATION, place, remove, tell
 from softhand.viewer.meshcat.server import MeshcatServer
 from softhand.viewer.meshcat.wire import Wire
 from softhand.viewer.scene.camera import Bounds
+from softhand.viewer.scene.item import LAYERS
 from softhand.viewer.scene.poses import pose
 
 _CAMERA = Path(("Cameras", "default", "rotated", "<object>"))
@@ -64,8 +65,8 @@ class Target:
         return f"meshcat at {self.address}" + (f" (port {self._port} is busy)" if is_other else "")
 
     def clear(self) -> None:
-        """Remove all below the path."""
-        self.wire.send([remove(self.base)])
+        """Remove all that is drawn; the path itself stays, with the transform that its user gave it."""
+        self.wire.send([remove(self.base.append(name)) for name in (*LAYERS, ANIMATION)])
 
     def aim(self, bounds: Bounds) -> None:
         """In a meshcat of our own: gravity down, the hand around the origin, the camera near.

@@ -169,7 +169,7 @@ class MeshcatViewer:
         return take.duration
 
     def clear(self) -> None:
-        """Remove all that is below the path of softhand."""
+        """Remove all that softhand drew."""
         self._check_free()
         self._target.clear()
 
