@@ -1,4 +1,4 @@
-"""Text notebooks, in the percent format of jupytext, as pages: each cell is run, what it prints and draws goes below it.
+"""Text notebooks, in the percent format of jupytext, as pages: what a cell prints and draws goes below it.
 
 Example:
     python scripts/notebooks.py docs/tutorials/first_grasp.py       # prints the page
@@ -71,7 +71,7 @@ def run_notebook(file: Path) -> Page:
             page.markdown += f"```python\n{cell.source}\n```\n\n"
             printed, figures = _run(cell, file, names)
             if printed:
-                page.markdown += f"```text title=\"prints\"\n{printed.rstrip()}\n```\n\n"
+                page.markdown += f'```text title="prints"\n{printed.rstrip()}\n```\n\n'
             for figure in figures:
                 name = f"{file.stem}-{len(page.pictures) + 1}.png"
                 page.pictures[name] = _png(figure)

@@ -25,8 +25,8 @@ runs = softhand.rollout(
 print(runs)
 
 # %% [markdown]
-# Each column is a list with a value for each run. A run that is lost disturbs no other: its outcome says why and when, and
-# its numbers are NaN from there on.
+# Each column is a list with a value for each run. A run that is lost disturbs no other: its outcome says why and
+# when, and its numbers are NaN from there on.
 
 # %%
 print("mass [kg]" + "".join(f"{f'{squeeze:g} N':>18}" for squeeze in SQUEEZES))
@@ -52,5 +52,5 @@ axes.set(xlabel="time [s]", ylabel="height of the box [mm]", title="squeezed wit
 axes.legend()
 
 # %% [markdown]
-# `runs.save("runs.nc")` keeps them, `runs.to_xarray()` hands them on with what was varied as coordinates. Controllers of
-# your own run as fast if they are [compiled](own_controller.py). More: [Many runs](../many-runs.md).
+# `runs.save("runs.nc")` keeps them, `runs.to_xarray()` hands them on with what was varied as coordinates.
+# Controllers of your own run as fast if they are [compiled](own_controller.py). More: [Many runs](../many-runs.md).

@@ -1,20 +1,18 @@
 # %% [markdown]
 # # A controller of your own
 #
-# A controller is handed what is measured, once a millisecond, and answers with the torques of the joints. It is a class
-# with one method.
+# A controller is handed what is measured, once a millisecond, and answers with the torques of the joints. It is a
+# class with one method.
 
 # %%
-import time
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import softhand
 
 # %% [markdown]
-# This one ties the object to where it should be by a spring, shares the force of the spring out among the fingertips, and
-# adds the squeeze. The fields of the class are its settings; their units are in the comments.
+# This one ties the object to where it should be by a spring, shares the force of the spring out among the
+# fingertips, and adds the squeeze. The fields of the class are its settings; their units are in the comments.
 
 
 # %%
@@ -33,14 +31,14 @@ class PoseSpring(softhand.Controller):
 
 
 TASK = softhand.load_scenario("target-a", {"duration": 0.8, "reference.duration": 0.5})
-started = time.perf_counter()
 recording = softhand.simulate(TASK, PoseSpring())
 summary = softhand.summarize(recording)
 print(f"ends {summary.position_error:.2f} mm and {summary.orientation_error:.2f} deg off")
 
 # %% [markdown]
-# The box comes near and not there: nothing makes up for the twist of the tips. The shipped controller `regulation` does.
-# Everything that a controller may look at is a field of [`Observation`](../api/parts.md#softhand.Observation).
+# The box comes near and not there: nothing makes up for the twist of the tips. The shipped controller `regulation`
+# does. Everything that a controller may look at is a field of
+# [`Observation`](../api/parts.md#softhand.Observation).
 #
 # ## The same, compiled
 #
@@ -72,7 +70,7 @@ summary = softhand.summarize(softhand.simulate(TASK, CompiledSpring()))
 print(f"ends {summary.position_error:.3f} mm and {summary.orientation_error:.3f} deg off")
 
 # %% [markdown]
-# This one also takes the measured torsion into account, two lines, and gets much nearer. Because it is compiled, many
+# This one also takes the measured torsion into account, two lines, and comes nearer. Because it is compiled, many
 # runs go through it at once, in threads: here the same task with eight masses.
 
 # %%

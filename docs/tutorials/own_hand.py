@@ -34,8 +34,8 @@ for side, angle in AROUND.items():
 Path("claw.urdf").write_text("".join([*parts, "</robot>"]))
 
 # %% [markdown]
-# Is the file sound? `check` says what is wrong, or only doubtful, with line and remedy. A mass that was forgotten is a
-# common one; let us forget it on purpose.
+# Is the file sound? `check` says what is wrong, or only doubtful, with line and remedy. A mass that was forgotten
+# is a common one; let us forget it on purpose.
 
 # %%
 broken = Path("claw.urdf").read_text().replace('<mass value="0.04"/>', "", 1)
@@ -45,8 +45,8 @@ for error in softhand.check("broken.urdf").errors:
     print(error)
 
 # %% [markdown]
-# A scenario says which frames carry a tip, what the tips are made of, what they hold and where they touch it. We take the
-# one with the can and put our hand into it.
+# A scenario says which frames carry a tip, what the tips are made of, what they hold and where they touch it. We
+# take the one with the can and put our hand into it.
 
 # %%
 scenario = softhand.load_scenario("can").with_values(
@@ -78,5 +78,5 @@ print(f"{summary.position_error:.4f} mm and {summary.orientation_error:.4f} deg 
 print(f"friction use {summary.friction_use:.2f}, at {summary.friction_finger}")
 
 # %% [markdown]
-# [Bring your own hand](../own-hand.md) does the same with commands, for a claw of four fingers, and lets softhand propose
-# where to touch. [Hands](../hands.md) says what a URDF may have.
+# [Bring your own hand](../own-hand.md) does the same with commands, for a claw of four fingers, and lets softhand
+# propose where to touch. [Hands](../hands.md) says what a URDF may have.

@@ -10,9 +10,9 @@ import numpy as np
 import softhand
 
 # %% [markdown]
-# This gel gets harder the deeper it is pressed. The formula is handed the four deformations, how far the tip is pressed in
-# `dr` [m] and three angles [rad], and answers with a force [N] and three moments [N m]. It is compiled as it stands;
-# derivatives are taken for you.
+# This gel gets harder the deeper it is pressed. The formula is handed the four deformations, how far the tip is
+# pressed in `dr` [m] and three angles [rad], and answers with a force [N] and three moments [N m]. It is compiled
+# as it stands; derivatives are taken for you.
 
 
 # %%
@@ -54,5 +54,6 @@ print(f"{softhand.summarize(recording).position_error:.2f} mm off at the end; th
 # gel = "my_package.gel:Gel"
 # ```
 #
-# and for one command a single file will do: `softhand simulate --plugin gel.py --law gel`. The laws that ship, and what
-# each is good for, are on [their page](../laws.md); to fit one to a real tip see [Identify a tip](identify_a_tip.py).
+# and for one command a single file will do: `softhand simulate --plugin gel.py --law gel`. The laws that ship, and
+# what each is good for, are on [their page](../laws.md); to fit one to a real tip see [Identify a
+# tip](identify_a_tip.py).

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Is my loop stable?
 #
-# A controller that holds an object can still lose it slowly: small motions grow a little each second. softhand computes
-# how fast, before anything is run.
+# A controller that holds an object can still lose it slowly: small motions grow a little each second. softhand
+# computes how fast, before anything is run.
 
 # %%
 import matplotlib.pyplot as plt
@@ -15,11 +15,12 @@ for label, value in found.rows():
     print(f"{label:<48}{value}")
 
 # %% [markdown]
-# Two numbers matter. *Growth without sampling* is that of a controller which reacts at once: below zero, all motions die
-# out. *Growth with torques held* is that of the real one, which computes a torque once a millisecond and holds it: above
-# zero, the grasp of this example would be lost if it were held for long.
+# Two numbers matter. *Growth without sampling* is that of a controller which reacts at once: below zero, all
+# motions die out. *Growth with torques held* is that of the real one, which computes a torque once a millisecond
+# and holds it: above zero, the grasp of this example would be lost if it were held for long.
 #
-# The reason is the force feedback. With `K_N` above 1 the measured force comes back with the other sign, a sample late.
+# The reason is the force feedback. With `K_N` above 1 the measured force comes back with the other sign, a sample
+# late.
 
 # %%
 for gain in (1.5, 1.0, 0.5):
