@@ -50,10 +50,11 @@ def cells_of(text: str) -> list[Cell]:
     ends = [mark.start() for mark in marks[1:]] + [len(text)]
     found = []
     for mark, end in zip(marks, ends, strict=True):
-        is_text, source = "[markdown]" in mark[1], text[mark.end() + 1 : end]
+        is_text, source = "[markdown]" in mark[1], text[mark.end() : end]
+        begin = mark.end() + len(source) - len(source.lstrip("\n"))
         if is_text:
             source = re.sub(r"^# ?", "", source, flags=re.MULTILINE)
-        found.append(Cell(is_text, source.strip("\n"), text.count("\n", 0, mark.end()) + 2))
+        found.append(Cell(is_text, source.strip("\n"), text.count("\n", 0, begin) + 1))
     return found
 
 

@@ -64,12 +64,12 @@ _OBSERVATION = "api/parts.md#softhand.Observation"
 class _Bracketed(InlineProcessor):
     """Text that only looks like a link by reference, of which there are none: `[-pi, pi] [rad]`."""
 
-    def handleMatch(self, m: re.Match[str], data: str) -> tuple[str, int, int]:  # type: ignore[override]  # noqa: N802
+    def handleMatch(self, m: re.Match[str], data: str) -> tuple[str, int, int]:  # type: ignore[override]
         return m[0], m.start(0), m.end(0)
 
 
 class _PlainBrackets(Extension):
-    def extendMarkdown(self, md: Any) -> None:  # noqa: N802
+    def extendMarkdown(self, md: Any) -> None:
         md.inlinePatterns.register(_Bracketed(r"\[[^\[\]]+\] ?\[[^\[\]]+\](?![(\[])", md), "brackets", 175)
 
 

@@ -12,8 +12,9 @@ import softhand
 print(*softhand.scenario_names()[:10], "...", sep=", ")
 
 # %% [markdown]
-# These are some of the scenarios that ship: each is a hand, an object, how they touch at the start, a controller, and what is
-# asked for. We take `target-a`, the main example: lower the box, tilt it about all three axes and grip it harder.
+# These are some of the scenarios that ship: each is a hand, an object, how they touch at the start, a controller,
+# and what is asked for. We take `target-a`, the main example: lower the box, tilt it about all three axes and grip
+# it harder.
 
 # %%
 quicker = {"duration": 1.2, "reference.duration": 0.8}  # [s]
