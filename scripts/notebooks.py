@@ -63,9 +63,9 @@ def run_notebook(file: Path) -> Page:
 
     Links to other notebooks lead to their pages.
     """
-    page, names = Page(), {"__name__": file.stem}
+    page, names, cells = Page(), {"__name__": file.stem}, cells_of(file.read_text(encoding="utf-8"))
     with _empty_folder():
-        for cell in cells_of(file.read_text(encoding="utf-8")):
+        for cell in cells:
             if cell.is_text:
                 page.markdown += re.sub(r"(\]\((?!http)[\w./-]+)\.py\)", r"\1.md)", cell.source) + "\n\n"
                 continue
