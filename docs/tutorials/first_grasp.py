@@ -34,9 +34,7 @@ for label, value in softhand.summarize(recording).rows():
 print("samples, numbers:", recording.object_position.shape)
 print("the box went from", 1e3 * recording.object_position[0], "mm")
 print("              to", np.round(1e3 * recording.object_position[-1], 3), "mm")
-print(
-    "each tip presses with", np.round(recording.contact_force[-1, :, 2], 2), "N at the end"
-)
+print("each tip presses with", np.round(recording.contact_force[-1, :, 2], 2), "N at the end")
 
 # %% [markdown]
 # One picture shows the whole run: where the object is and should be, the squeeze, and how
