@@ -1,4 +1,4 @@
-"""Text notebooks, in the percent format of jupytext, as pages: each cell is run, what it prints and draws goes below it.
+"""Text notebooks, in the percent format of jupytext, as pages: what a cell prints and draws goes below it.
 
 Example:
     python scripts/notebooks.py docs/tutorials/first_grasp.py       # prints the page
@@ -50,10 +50,11 @@ def cells_of(text: str) -> list[Cell]:
     ends = [mark.start() for mark in marks[1:]] + [len(text)]
     found = []
     for mark, end in zip(marks, ends, strict=True):
-        is_text, source = "[markdown]" in mark[1], text[mark.end() + 1 : end]
+        is_text, source = "[markdown]" in mark[1], text[mark.end() : end]
+        begin = mark.end() + len(source) - len(source.lstrip("\n"))
         if is_text:
             source = re.sub(r"^# ?", "", source, flags=re.MULTILINE)
-        found.append(Cell(is_text, source.strip("\n"), text.count("\n", 0, mark.end()) + 2))
+        found.append(Cell(is_text, source.strip("\n"), text.count("\n", 0, begin) + 1))
     return found
 
 
@@ -62,9 +63,9 @@ def run_notebook(file: Path) -> Page:
 
     Links to other notebooks lead to their pages.
     """
-    page, names = Page(), {"__name__": file.stem}
+    page, names, cells = Page(), {"__name__": file.stem}, cells_of(file.read_text(encoding="utf-8"))
     with _empty_folder():
-        for cell in cells_of(file.read_text(encoding="utf-8")):
+        for cell in cells:
             if cell.is_text:
                 page.markdown += re.sub(r"(\]\((?!http)[\w./-]+)\.py\)", r"\1.md)", cell.source) + "\n\n"
                 continue

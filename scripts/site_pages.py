@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from latex2mathml.converter import convert
+from markdown.extensions import Extension
+from markdown.inlinepatterns import InlineProcessor
 from mkdocs.structure.files import File, Files
 from notebooks import run_notebook
-
-import softhand
 
 ROOT = Path(__file__).parent.parent
 
@@ -61,6 +61,23 @@ _ROOT_PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "C
 _OBSERVATION = "api/parts.md#softhand.Observation"
 
 
+class _Bracketed(InlineProcessor):
+    """Text that only looks like a link by reference, of which there are none: `[-pi, pi] [rad]`."""
+
+    def handleMatch(self, m: re.Match[str], data: str) -> tuple[str, int, int]:  # type: ignore[override]
+        return m[0], m.start(0), m.end(0)
+
+
+class _PlainBrackets(Extension):
+    def extendMarkdown(self, md: Any) -> None:
+        md.inlinePatterns.register(_Bracketed(r"\[[^\[\]]+\] ?\[[^\[\]]+\](?![(\[])", md), "brackets", 175)
+
+
+def on_config(config: Any) -> None:
+    """In pages and docstrings alike."""
+    config.markdown_extensions.append(_PlainBrackets())
+
+
 def on_files(files: Files, config: Any) -> Files:
     """Put in the tutorials as they ran, the pages of the reference, and those of the root."""
     for file in [file for file in files if file.src_uri.startswith("tutorials/") and file.src_uri.endswith(".py")]:
@@ -73,7 +90,7 @@ def on_files(files: Files, config: Any) -> Files:
         files.append(File.generated(config, f"api/{name}.md", content=reference(title, sentence, members)))
     for name in ("CONTRIBUTING.md", "CHANGELOG.md"):
         text = re.sub(r"\]\(docs/", "](", (ROOT / name).read_text(encoding="utf-8"))
-        text = re.sub(r"\]\((?!http|#)(?=\w+\.md|LICENSE|softhand/|examples)", "](../", text)
+        text = re.sub(r"\]\((?!http|#)(?=\w+\.md|LICENSE|softhand/|examples|docs\))", "](../", text)
         text = re.sub(r"\]\(\.\./(?=" + "|".join(_pages()) + r")", "](", text)
         files.append(File.generated(config, _ROOT_PAGES[name], content=text))
     return files
@@ -85,10 +102,15 @@ def _pages() -> list[str]:
 
 def reference(title: str, sentence: str, members: tuple[str, ...]) -> str:
     """A page of the reference: a directive of mkdocstrings for each name."""
+<<<<<<< HEAD
     directives = [
         f"::: {getattr(softhand, name).__name__ if name == 'blocks' else f'softhand.{name}'}" for name in members
     ]
     return "\n\n".join([f"# {title}", sentence, *directives]) + "\n"
+=======
+    homes = ("softhand.controllers.blocks" if name == "blocks" else f"softhand.{name}" for name in members)
+    return "\n\n".join([f"# {title}", sentence, *(f"::: {home}" for home in homes)]) + "\n"
+>>>>>>> site
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
@@ -111,9 +133,14 @@ def _link(match: re.Match[str], page: str) -> str:
 def on_page_content(html: str, **_: Any) -> str:
     """Equations as MathML, which browsers set by themselves, from disk too."""
     html = re.sub(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', _equation, html, flags=re.DOTALL)
+<<<<<<< HEAD
     return re.sub(
         r'<span class="arithmatex">\\\((.*?)\\\)</span>', lambda m: convert(unescape(m[1])), html, flags=re.DOTALL
     )
+=======
+    inline = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
+    return inline.sub(lambda match: convert(unescape(match[1])), html)
+>>>>>>> site
 
 
 def _equation(match: re.Match[str]) -> str:

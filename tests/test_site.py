@@ -67,8 +67,8 @@ def test_a_cell_that_fails_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError) as failure:
         run_notebook(file)
     assert failure.traceback[-1].lineno == 8  # counted from 0
-    file.write_text(file.read_text().replace("1 / 0", "[link](x)"[:0] + "7"))
-    assert run_notebook(file).markdown.endswith('```text title="prints"\n42\n```\n\n```python\n\n7\n```\n\n')
+    file.write_text(file.read_text().replace("1 / 0", "7"))
+    assert run_notebook(file).markdown.endswith('```text title="prints"\n42\n```\n\n```python\n7\n```\n\n')
 
 
 needs_mkdocs = pytest.mark.skipif(
@@ -100,4 +100,4 @@ def test_the_site_is_built(tmp_path: Path) -> None:
         text = page.read_text()
         assert re.findall(r'<(?:script|img|iframe)[^>]+src="?(https?://[^">]+)', text) == [], page
         assert re.findall(r'<link[^>]+rel="?stylesheet[^>]+(https?://[^">]+)', text) == [], page
-        assert 'class="arithmatex"' not in text, page
+        assert re.findall(r'class="arithmatex"|<m[io]>&(?:amp;)?</m[io]>', text) == [], page

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Identify a tip
 #
-# You have pressed a fingertip against a plate and measured depth and force. Which law is it, with which coefficients, and
-# how sure is that?
+# You have pressed a fingertip against a plate and measured depth and force. Which law is
+# it, with which coefficients, and how sure is that?
 
 # %%
 from pathlib import Path
@@ -26,8 +26,8 @@ phi [deg],dr [mm],Fr [N]
 """)
 
 # %% [markdown]
-# The header has units, so nothing is guessed. We fit a law of our own, in which the force goes with some power of the
-# depth:
+# The header has units, so nothing is guessed. We fit a law of our own, in which the force
+# goes with some power of the depth:
 
 
 # %%
@@ -45,11 +45,14 @@ for name, one in found.coefficients.items():
     print(f"{name:<6} {one.value:8.3f}   95 % interval {one.low:.3f} to {one.high:.3f}")
 
 # %% [markdown]
-# The power is 2 within its interval, and 1.5 is far outside: this tip is no Hertz contact. Do the residuals agree with
-# the repeats? If they were much wider, the law would have the wrong form, whatever its coefficients.
+# The power is 2 within its interval, and 1.5 is far outside: this tip is no Hertz contact.
+# Do the residuals agree with the repeats? If they were much wider, the law would have the
+# wrong form, whatever its coefficients.
 
 # %%
-print(f"scatter about the fit {found.noise[0]:.3f} N, between repeats {found.repeats[0]:.3f} N")
+print(
+    f"scatter about the fit {found.noise[0]:.3f} N, between repeats {found.repeats[0]:.3f} N"
+)
 
 # %% [markdown]
 # What the data do not tell is said too:
@@ -59,5 +62,6 @@ for finding in found.findings:
     print(finding.text)
 
 # %% [markdown]
-# `found.law` is the fitted law, to be handed to `softhand.simulate`, and `found.to_toml()` the lines for a scenario. The
-# command `softhand identify press.csv` also draws the fit and compares laws: [Identification](../identification.md).
+# `found.law` is the fitted law, to be handed to `softhand.simulate`, and `found.to_toml()`
+# the lines for a scenario. The command `softhand identify press.csv` also draws the fit and
+# compares laws: [Identification](../identification.md).

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Many runs at once
 #
-# How heavy may the box be, and how hard must the fingers squeeze? That is one run for each pair of numbers. `rollout`
-# makes them in threads, in compiled code.
+# How heavy may the box be, and how hard must the fingers squeeze? That is one run for each
+# pair of numbers. `rollout` makes them in threads, in compiled code.
 
 # %%
 from itertools import product
@@ -18,15 +18,21 @@ cases = list(product(MASSES, SQUEEZES))
 forces = [[squeeze, squeeze, 0.75 * squeeze] for _, squeeze in cases]
 
 runs = softhand.rollout(
-    softhand.load_scenario("target-a", {"fingertip.contact": "coulomb", "duration": 0.5}),  # tips that can slip
-    {"mass": [mass for mass, _ in cases], "grasp.internal_force": forces, "reference.internal_force": forces},
+    softhand.load_scenario(
+        "target-a", {"fingertip.contact": "coulomb", "duration": 0.5}
+    ),  # tips that can slip
+    {
+        "mass": [mass for mass, _ in cases],
+        "grasp.internal_force": forces,
+        "reference.internal_force": forces,
+    },
     variables=("object_position", "slip_travel"),
 )
 print(runs)
 
 # %% [markdown]
-# Each column is a list with a value for each run. A run that is lost disturbs no other: its outcome says why and when, and
-# its numbers are NaN from there on.
+# Each column is a list with a value for each run. A run that is lost disturbs no other: its
+# outcome says why and when, and its numbers are NaN from there on.
 
 # %%
 print("mass [kg]" + "".join(f"{f'{squeeze:g} N':>18}" for squeeze in SQUEEZES))
@@ -34,8 +40,14 @@ for row, mass in enumerate(MASSES):
     told = []
     for column in range(len(SQUEEZES)):
         index = row * len(SQUEEZES) + column
-        outcome, slip = runs.outcomes[index], 1e3 * runs.slip_travel[index, -1].max()  # [mm]
-        ends = {"finished": f"slips {slip:.2f} mm" if slip > 0.0 else "holds", "grasp": "no grasp"}
+        outcome, slip = (
+            runs.outcomes[index],
+            1e3 * runs.slip_travel[index, -1].max(),
+        )  # [mm]
+        ends = {
+            "finished": f"slips {slip:.2f} mm" if slip > 0.0 else "holds",
+            "grasp": "no grasp",
+        }
         told.append(ends.get(outcome.reason, f"lost at {outcome.time:.2f} s"))
     print(f"{mass:9.1f}" + "".join(f"{text:>18}" for text in told))
 
@@ -52,5 +64,6 @@ axes.set(xlabel="time [s]", ylabel="height of the box [mm]", title="squeezed wit
 axes.legend()
 
 # %% [markdown]
-# `runs.save("runs.nc")` keeps them, `runs.to_xarray()` hands them on with what was varied as coordinates. Controllers of
-# your own run as fast if they are [compiled](own_controller.py). More: [Many runs](../many-runs.md).
+# `runs.save("runs.nc")` keeps them, `runs.to_xarray()` hands them on with what was varied
+# as coordinates. Controllers of your own run as fast if they are
+# [compiled](own_controller.py). More: [Many runs](../many-runs.md).
