@@ -102,15 +102,8 @@ def _pages() -> list[str]:
 
 def reference(title: str, sentence: str, members: tuple[str, ...]) -> str:
     """A page of the reference: a directive of mkdocstrings for each name."""
-<<<<<<< HEAD
-    directives = [
-        f"::: {getattr(softhand, name).__name__ if name == 'blocks' else f'softhand.{name}'}" for name in members
-    ]
-    return "\n\n".join([f"# {title}", sentence, *directives]) + "\n"
-=======
     homes = ("softhand.controllers.blocks" if name == "blocks" else f"softhand.{name}" for name in members)
     return "\n\n".join([f"# {title}", sentence, *(f"::: {home}" for home in homes)]) + "\n"
->>>>>>> site
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
@@ -133,14 +126,8 @@ def _link(match: re.Match[str], page: str) -> str:
 def on_page_content(html: str, **_: Any) -> str:
     """Equations as MathML, which browsers set by themselves, from disk too."""
     html = re.sub(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', _equation, html, flags=re.DOTALL)
-<<<<<<< HEAD
-    return re.sub(
-        r'<span class="arithmatex">\\\((.*?)\\\)</span>', lambda m: convert(unescape(m[1])), html, flags=re.DOTALL
-    )
-=======
     inline = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
     return inline.sub(lambda match: convert(unescape(match[1])), html)
->>>>>>> site
 
 
 def _equation(match: re.Match[str]) -> str:

@@ -35,6 +35,7 @@ class File:
         self._folder, self._base, self._stamp = Path(folder), base, stamp
 
     def load(self, key: Any) -> Any:
+        """What was saved under a key; None if there is nothing, or nothing that can be trusted."""
         try:
             sealed = _read_own(self._file(key))
         except OSError:
@@ -47,6 +48,11 @@ class File:
         return data if name == self._name(key) else None
 
     def save(self, key: Any, data: Any) -> None:
+        """Keep data under a key.
+
+        Raises:
+            OSError: it cannot be written.
+        """
         content = caching.dumps((self._name(key), data))
         file = self._file(key)
         handle, draft = tempfile.mkstemp(dir=self._folder)
@@ -59,6 +65,7 @@ class File:
             raise
 
     def flush(self) -> None:
+        """Remove all that was saved."""
         for file in self._folder.glob(f"{self._base}.*.nbc"):
             file.unlink(missing_ok=True)
 

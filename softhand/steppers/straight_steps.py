@@ -23,7 +23,9 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
     fixed = Fixed(tables, tables)
     drive = m.torque, m.external
     whole = {
-        KICK_DRIFT: straight(kick_drift, [(m.joints, *drive, touch, terms, m.envelope, kicks, step, state)], fixed, layouts),
+        KICK_DRIFT: straight(
+            kick_drift, [(m.joints, *drive, touch, terms, m.envelope, kicks, step, state)], fixed, layouts
+        ),
         BEGIN: straight(begin_kick, [(*drive, terms, m.envelope, kicks, step, state.v)], fixed, layouts),
         KICK: straight(kick, [(m.envelope, kicks, step, state.v)], fixed, layouts),
     }
