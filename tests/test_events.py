@@ -151,7 +151,7 @@ def test_a_run_past_a_joint_limit_says_so() -> None:
     for event in found:
         joint, sample = run.labels["joint"].index(event.finger), round(event.time / 1e-3)
         assert run.joint_limited[sample, joint] != 0 and run.joint_limited[sample - 1, joint] == 0
-        assert event.text.startswith(f"at {run.joint_position[sample, joint]:.4g} beyond")
+        assert event.text.startswith(f"at {run.joint_position[sample, joint]:.4g} rad beyond")
 
 
 def test_a_turn_of_theta_over_pi_is_no_apex() -> None:
