@@ -114,4 +114,4 @@ def _print_rows(rows: list[Row]) -> None:
     console().print(table)
     for name, row in zip(names, rows, strict=True):
         if row.outcome:
-            say(f"{name} {row.outcome}", "note")
+            say(f"{name}: {row.outcome}", "note")
