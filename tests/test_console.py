@@ -85,6 +85,7 @@ OUTS: list[tuple[str, ...]] = [
     ("lyapunov", "run.nc", "--out", FIGURE),
     ("report", "run.nc", "--out", "no-folder/x.html"),
     ("film", "run.nc", "no-folder/x.mp4"),
+    ("export", "run.nc", "--csv", "--out", "no-folder/x.csv"),
     ("remark3", "--out", FIGURE),
     ("grasp", "--out", FIGURE),
     ("stability", "--out", FIGURE),

@@ -308,7 +308,7 @@ def test_a_missing_package_is_named_with_its_extra(recording, tmp_path, monkeypa
         ((), "none is given"),
         (("--out", "run.xyz"), "unknown ending '.xyz'"),
         (("--csv", "--mcap"), "take one of them"),
-        (("--csv", "--out", "nowhere/run.csv"), "nowhere/run.csv: cannot be written"),
+        (("--csv", "--out", "nowhere/run.csv"), "nowhere/run.csv: there is no folder nowhere"),
     ],
 )
 def test_the_command_names_what_it_cannot_do(recording, tmp_path, options, words):

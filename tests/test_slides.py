@@ -83,7 +83,7 @@ def test_tables() -> None:
 @pytest.mark.parametrize(("hand", "words"), [("gripper", "force [N]"), ("two_finger_hand", "torque [N m]")])
 def test_a_joint_without_effort(hand: str, words: str) -> None:
     """The message says what to write, in its unit."""
-    file = Path(softhand.__file__).parents[1] / f"urdf/{hand}.urdf"
+    file = Path(__file__).parents[1] / f"urdf/{hand}.urdf"
     text = re.sub(r'effort="[^"]*"', 'effort="0"', file.read_text(), count=1)
     with pytest.raises(ModelError, match=re.escape(f"write the largest {words}")):
         Urdf.parse(text, file, HAND)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import app
-from softhand.commands.console import Quiet, note_incomplete, progress, say
+from softhand.commands.console import Quiet, check_file, note_incomplete, progress, say
 from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
@@ -36,9 +36,11 @@ def export(
 ) -> None:
     """Write a recording as MCAP, CSV or rrd, for other programs."""
     chosen = _format([name for name, asked in zip(FORMATS, (mcap, csv, rrd), strict=True) if asked], out)
-    run = load_run(recording)
     beside = recording / "run.nc" if recording.is_dir() else recording
     target = out or beside.with_suffix(f".{chosen}")
+    if out is not None or beside.exists():  # one that is missing is told when it is read
+        check_file(target)
+    run = load_run(recording)
     if not quiet:
         note_incomplete(run)
     with progress("exporting", 1.0, quiet) as tell:

@@ -155,7 +155,10 @@ def check_law(law: Law) -> None:
     name = type(law).__name__
     if law.coordinates not in LEADING:
         raise LawError(f"law '{name}': its coordinates {law.coordinates!r} are none of {', '.join(LEADING)}.", law=name)
-    _check_once(law, getattr(law, "force", None), law.stiffness)
+    try:
+        _check_once(law, getattr(law, "force", None), law.stiffness)
+    except TypeError:  # a law with a list among its fields, which nothing can be kept by
+        check_formulas(law, LEADING[law.coordinates])
 
 
 @lru_cache(256)
