@@ -1,4 +1,4 @@
-"""Cost against size: time of a step, of a control period and of recording for hands of 2 to 10 fingers; a profile.
+"""Cost against size: time of a step, of a control period and of recording for hands of 2 to 10 fingers.
 
 The hands have equal fingers of three joints in two rows, on opposite faces of a long box at points of their own; the
 object is held at rest. No MuJoCo is needed. For each hand
@@ -11,11 +11,8 @@ recorded      the same by `Simulation.run`, which also records and makes the arr
 memory        bytes of one recorded sample times samples in a second
 
 The number of internal forces grows as n (n - 1) / 2. With contacts in one plane, as here, they depend on each other
-from four fingers on (else from five), and f_N = K^+ f_C then takes an eigenvalue problem: the control period grows
-faster than the step.
-
-The profile calls each part of a step and of a control period of target A again and again by itself, so each finds its
-code and data in the cache. The rest, the whole less its parts, is the Python code in between and what the caches cost.
+from four fingers on (else from five), and f_N = K^+ f_C then takes the stiffness of a truss, see `sensing.truss`: the
+control period grows faster than the step.
 
 All is timed on one core in many short rounds that take turns; given are medians.
 
@@ -50,7 +47,6 @@ from rich.progress import track
 from rich.table import Column, Table
 
 import softhand
-from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Fingertip
 from softhand.contact.pairs import contact_pairs
 from softhand.controllers.regulation import Regulation
@@ -58,12 +54,10 @@ from softhand.laws.nakashima import Nakashima
 from softhand.model.body import ObjectModel
 from softhand.model.hand import HandModel
 from softhand.model.world import load_world
-from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plots.style import STYLE
 from softhand.references.goal import Goal
 from softhand.references.reference import resting
-from softhand.simulation.recorder import Recorder
 from softhand.simulation.simulation import Simulation
 from softhand.start.grasp import faces_of, solve_grasp
 from softhand.steppers.midpoint import Midpoint
@@ -74,11 +68,9 @@ FINGERS = tuple(range(2, 11))
 PERIOD = 0.001  # [s], of a step and of the control
 STEPS = 50  # steps in a round
 PERIODS = 100  # control periods in a round
-CALLS = 50  # calls of a part in a round of the profile
 WARM_UP = 3  # rounds that do not count
 PACKAGES = ("softhand", "pin", "numba", "numpy", "scipy")
 COLOURS = ("#0072B2", "#009E73", "#D55E00")
-BY_STEP, BY_PERIOD, WHOLE = "one step", "one control period", "whole"
 
 # Fingers and box, SI units -------------------------------------------------------------------------------------------
 
@@ -289,55 +281,8 @@ def holding_torque(simulation: Simulation) -> Array:
 
 def sample_bytes(simulation: Simulation) -> int:
     """Bytes of one recorded sample."""
-    recorder = Recorder(simulation._live(), 1)
-    recorder.record()
-    return sum(array.nbytes for array in recorder.variables().values())
-
-
-def make_profile() -> dict[tuple[str, str], Timed]:
-    """Each part of a step and of a control period of target A, the whole last."""
-    simulation = softhand.build(softhand.load_scenario("target-a", {"stepper.name": "midpoint"}))
-    holding, state, plant, sensor = holding_torque(simulation), simulation.state, simulation.plant, simulation._sensor
-    simulation.reset()
-    seen = simulation.sample()
-    simulation.step()
-    recorder = Recorder(simulation._live(), CALLS)
-    working, advance, controller = simulation.integration, simulation.integration.advance, simulation._controller
-    memory, reference = simulation._memory, simulation._reference
-    stiff_contacts = prepared(
-        evaluate_contacts, plant.pads, plant.columns, plant.snapshot.poses, plant.snapshot.J, state.v, state.z,
-        0.5 * PERIOD, True, plant.contacts, plant.contact_columns,
-    )  # fmt: skip
-    parts: dict[tuple[str, str], Callable[[], Any]] = {
-        (BY_STEP, "Pinocchio: crba"): working._mass,
-        (BY_STEP, "Pinocchio: nonLinearEffects"): working._velocity_terms,
-        (BY_STEP, "kernel: contacts, solve, second kick"): working._arrive,
-        (BY_STEP, "  of this the contacts"): stiff_contacts,
-        (BY_STEP, WHOLE): lambda: advance(state, holding),
-        (BY_PERIOD, "reference"): lambda: reference.update(0.1),
-        (BY_PERIOD, "observe kernel"): lambda: sensor._observe(True),
-        (BY_PERIOD, "check for faults"): simulation._find_fault,
-        (BY_PERIOD, "law (59), compiled"): lambda: controller.torque(seen, memory),
-        (BY_PERIOD, "effort limits"): simulation._limit,
-        (BY_PERIOD, "step"): lambda: advance(state, holding),
-        (BY_PERIOD, WHOLE): lambda: (simulation.sample(), simulation.step()),
-        (BY_PERIOD, "  recorder, comes on top"): recorder.record,
-    }
-
-    def reset() -> None:
-        simulation.reset()
-        recorder._count = 0
-        simulation.sample()
-        advance(state, holding)
-
-    def repeat(call: Callable[[], Any]) -> Callable[[], None]:
-        def run() -> None:
-            for _ in range(CALLS):
-                call()
-
-        return run
-
-    return {key: Timed(reset, repeat(call), CALLS) for key, call in parts.items()}
+    recording = simulation.run()
+    return sum(array.nbytes for array in recording.variables.values()) // len(recording)
 
 
 def measure(groups: Sequence[list[Timed]], rounds: int, what: str, console: Console) -> None:
@@ -407,35 +352,11 @@ def draw_period_table(hands: Sequence[Hand]) -> Table:
     return table
 
 
-def draw_profile_table(profile: dict[tuple[str, str], Timed]) -> Table:
-    """Where the microseconds go."""
-    table = Table("", "", Column("us", justify="right"), Column("quartiles", justify="right"))
-    table.title = "Where the time goes, target A, each part by itself"
-    for group in (BY_STEP, BY_PERIOD):
-        label, rest = group, profile[group, WHOLE].median
-        for part, timed in parts_of(profile, group):
-            low, high = timed.quartiles
-            if part == WHOLE:
-                table.add_row("", "the rest", f"{rest:.2f}", "")
-            elif not part.startswith(" "):
-                rest -= timed.median
-            table.add_row(label, part, f"{timed.median:.2f}", f"{low:.2f} - {high:.2f}")
-            label = ""
-        table.add_section()
-    return table
-
-
-def parts_of(profile: dict[tuple[str, str], Timed], group: str) -> list[tuple[str, Timed]]:
-    """The parts of a step or of a control period; those that begin with a space do not add to the whole."""
-    return [(part, timed) for (of, part), timed in profile.items() if of == group]
-
-
-def draw(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed]) -> Figure:
-    """Times over fingers, memory over fingers, and the profile."""
+def draw(hands: Sequence[Hand], line: Line) -> Figure:
+    """Times over fingers, memory over fingers."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 6.0), layout="constrained")
-        top, bottom = figure.subfigures(2, 1, height_ratios=(1.0, 1.1))
-        (step, control, memory), parts = top.subplots(1, 3), bottom.subplots()
+        figure = Figure(figsize=(9.0, 3.0), layout="constrained")
+        step, control, memory = figure.subplots(1, 3)
         n = np.array([hand.fingers for hand in hands])
         _draw_times(step, hands, "step", COLOURS[0], "")
         step.plot([0, n[-1]], [line.a, line.a + line.b * n[-1]], "--", color="0.4", lw=0.8, zorder=0)
@@ -453,7 +374,6 @@ def draw(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed
             axes.set_xlim(0, n[-1] + 0.5)
             axes.set_ylim(bottom=0)
             axes.set_xlabel("fingers")
-        _draw_profile(parts, profile)
     return figure
 
 
@@ -464,27 +384,7 @@ def _draw_times(axes: Axes, hands: Sequence[Hand], name: str, colour: str, label
     axes.errorbar(n, middle, spread, fmt="o" if name == "step" else "o-", ms=4, lw=1.0, color=colour, label=label)
 
 
-def _draw_profile(axes: Axes, profile: dict[tuple[str, str], Timed]) -> None:
-    place, ticks = 0.0, []
-    for group in (BY_STEP, BY_PERIOD):
-        for part, timed in parts_of(profile, group):
-            pale = part.startswith(" ") or part == WHOLE
-            colour = COLOURS[0] if group == BY_STEP else COLOURS[1]
-            axes.barh(place, timed.median, 0.75, color=colour, alpha=0.45 if pale else 1.0)
-            axes.text(timed.median, place, f" {timed.median:.2f}", va="center", color="0.2", fontsize=7.0)
-            ticks.append((place, group.replace("one", WHOLE) if part == WHOLE else part))
-            place += 1.0
-        place += 0.7
-    axes.set_yticks([y for y, _ in ticks], [part for _, part in ticks])
-    axes.set_ylim(place - 1.0, -0.7)
-    axes.set_xlim(right=1.15 * max(timed.median for timed in profile.values()))
-    axes.grid(visible=False, axis="y")
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("time [µs]")
-    axes.set_title("Target A: parts of a step and of a control period")
-
-
-def report(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Timed]) -> dict[str, Any]:
+def report(hands: Sequence[Hand], line: Line) -> dict[str, Any]:
     """All results as plain data."""
     return {
         "hands": [
@@ -497,10 +397,6 @@ def report(hands: Sequence[Hand], line: Line, profile: dict[tuple[str, str], Tim
             for hand in hands
         ],
         "line": {"a_microseconds": line.a, "b_microseconds": line.b, "largest_deviation": line.off},
-        "profile": [
-            {"of": group, "part": part.strip(), "median": timed.median, "quartiles": timed.quartiles}
-            for (group, part), timed in profile.items()
-        ],
         "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
     }
 
@@ -524,15 +420,13 @@ def main() -> int:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     with console.status("Building the hands (the first time compiles)"), tempfile.TemporaryDirectory() as folder:
         hands = [Hand.of(build_hand(Path(folder), n)) for n in FINGERS]
-        profile = make_profile()
     measure([hand.timed for hand in hands], arguments.rounds, "Sizes", console)
-    measure([[timed] for timed in profile.values()], 3 * arguments.rounds, "Profile", console)
     line = Line.through(hands)
-    console.print(draw_step_table(hands), str(line), draw_period_table(hands), draw_profile_table(profile))
+    console.print(draw_step_table(hands), str(line), draw_period_table(hands))
     if arguments.json:
-        arguments.json.write_text(json.dumps(report(hands, line, profile), indent=2) + "\n")
+        arguments.json.write_text(json.dumps(report(hands, line), indent=2) + "\n")
     if arguments.plot:
-        softhand.save_figure(draw(hands, line, profile), arguments.plot)
+        softhand.save_figure(draw(hands, line), arguments.plot)
     return 0
 
 

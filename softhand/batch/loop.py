@@ -125,13 +125,13 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
     """Observe, look for faults, ask the law."""
     m, progress = mechanics, plan.progress
     fault, finger = HEALTHY, 0
-    if not done(plan.straight, RECORDED if is_recorded else BETWEEN):
+    if not done(plan.straight, RECORDED if is_recorded else BETWEEN):  # type: ignore[call-arg]
         parts = plan.parts if is_recorded else plan.parts_between
         fault, finger = look(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)
     if fault == HEALTHY and plan.code != 0 and k % plan.stride == 0:
         plan.clock[0] = time
         if not done(plan.straight, LAW):
-            call(plan.code, plan.words, plan.words)  # type: ignore[call-arg]
+            call(plan.code, plan.words, plan.words)
         if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
             fault = BAD_TORQUE
     progress[FAULT], progress[FINGER] = fault, finger

@@ -144,7 +144,9 @@ class CompiledRun:
         found = straight_steps(m, plan.step, layouts) if plan.kind == MIDPOINT else []
         for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
             fixed = Fixed((*own, parts), (*own, parts))
-            found += straight(look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts)
+            found += straight(
+                look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts
+            )
             put(found[-1], plan.straight[row])
         if self.law is not None and plan.code:
             found.append(put(self.law.straight(layouts), plan.straight[LAW]))

@@ -38,7 +38,9 @@ def done(typing_context, codes, row):
     def generate(context, builder, signature, values):
         table = context.make_array(signature.args[0])(context, builder, values[0]).data
         first = builder.mul(values[1], ir.Constant(values[1].type, 2))
-        code, words = (builder.load(builder.gep(table, [builder.add(first, ir.Constant(first.type, k))])) for k in (0, 1))
+        code, words = (
+            builder.load(builder.gep(table, [builder.add(first, ir.Constant(first.type, k))])) for k in (0, 1)
+        )
         result = cgutils.alloca_once_value(builder, ir.Constant(ir.IntType(64), 0))
         with builder.if_then(builder.icmp_unsigned("!=", code, ir.Constant(code.type, 0))):
             kind = ir.FunctionType(ir.IntType(64), [_DOUBLES, _DOUBLES])

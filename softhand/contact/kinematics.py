@@ -6,7 +6,7 @@ import math
 
 from softhand.contact.address import call
 from softhand.contact.damping import react
-from softhand.numerics.branches import seldom, usually
+from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
 
 

@@ -14,7 +14,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def inlined(function: F) -> F:
     """As `compiled`, for a short function that is called at few places; it makes no arrays."""
+    options: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+    options["forceinline"] = True
     with kernel_folder(function.__module__):
-        return cast(
-            F, numba.njit(cache=True, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True)(function)
-        )
+        return cast(F, numba.njit(**options)(function))

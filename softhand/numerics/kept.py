@@ -35,6 +35,7 @@ class File:
         self._folder, self._base, self._stamp = Path(folder), base, stamp
 
     def load(self, key: Any) -> Any:
+        """What was saved; None if there is nothing that is whole."""
         try:
             sealed = _read_own(self._file(key))
         except OSError:
@@ -47,6 +48,7 @@ class File:
         return data if name == self._name(key) else None
 
     def save(self, key: Any, data: Any) -> None:
+        """Whole or not at all."""
         content = caching.dumps((self._name(key), data))
         file = self._file(key)
         handle, draft = tempfile.mkstemp(dir=self._folder)
@@ -59,6 +61,7 @@ class File:
             raise
 
     def flush(self) -> None:
+        """Forget all."""
         for file in self._folder.glob(f"{self._base}.*.nbc"):
             file.unlink(missing_ok=True)
 

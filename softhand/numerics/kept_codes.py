@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,6 @@ from typing import Any
 from softhand.numerics.assembling import processor
 from softhand.numerics.compiled import kernels_of
 from softhand.numerics.kept import File
-
 
 _MAKERS = ("symbols", "blocks", "tracing", "assembling", "straight", "layouts")
 
@@ -44,7 +44,5 @@ class KeptCodes:
     def keep(self, codes: Any) -> None:
         """Where that is possible."""
         if self._file is not None:
-            try:
+            with suppress(OSError):  # kept.py has warned where nothing can be written
                 self._file.save(self._key, codes)
-            except OSError:
-                pass  # kept.py has warned where nothing can be written

@@ -126,7 +126,7 @@ def least_norm_columns(A, B, X):
         else:
             _times(A, True, B[:, k], y)
         if is_well:
-            _substitute(well, y)
+            substitute(well, y)
         else:
             _solve_semidefinite(gram, y)
         if by_rows:

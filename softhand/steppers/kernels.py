@@ -23,7 +23,16 @@ from softhand.numerics.inlined import inlined
 from softhand.plant.dynamics import accelerate
 from softhand.plant.plant import Plant, Touch
 from softhand.plant.state import State, StateArrays, is_at, set_at
-from softhand.steppers.midpoint import STARTED, Kicks, begin_kick, kick, kick_drift, meet_contact, room_for_kicks, start_step
+from softhand.steppers.midpoint import (
+    STARTED,
+    Kicks,
+    begin_kick,
+    kick,
+    kick_drift,
+    meet_contact,
+    room_for_kicks,
+    start_step,
+)
 
 MIDPOINT, SEMI_IMPLICIT_EULER, RK4 = range(3)
 
@@ -101,7 +110,7 @@ def _midpoint(m, step):
     if not (m.kicks.flags[STARTED] and m.at[0] == m.at[0]):  # NaN if the contacts are not those of the state
         rigid_terms(m.tree, state.q, state.v, m.terms)
         start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, state)
-    if not done(codes, KICK_DRIFT):
+    if not done(codes, KICK_DRIFT):  # type: ignore[call-arg]
         kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step, state)
     for k in range(m.branches.shape[0]):
         if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):

@@ -20,7 +20,14 @@ from softhand.numerics.prepared import prepared
 from softhand.plant.dynamics import add_contact_force, copy_mass
 from softhand.plant.plant import Plant
 from softhand.plant.state import State, is_at, set_at
-from softhand.steppers.midpoint_terms import acceleration_of, add_stiffness, factor_matrix, lag_of, pull_of, undamped_ahead
+from softhand.steppers.midpoint_terms import (
+    acceleration_of,
+    add_stiffness,
+    factor_matrix,
+    lag_of,
+    pull_of,
+    undamped_ahead,
+)
 from softhand.steppers.stepper import Integration, Stepper
 
 
