@@ -26,8 +26,8 @@ Chromium, are not listed.
 | --- | --- | --- |
 """
 FOOT = """
-The extra `film` brings `imageio-ffmpeg`, whose licence is BSD; the program ffmpeg in it is a build under the GPL, run as
-a program of its own. Where the system has an ffmpeg, that one is taken.
+The extra `film` brings `imageio-ffmpeg`, whose licence is BSD; the program ffmpeg in it is a build under the GPL, run
+as a program of its own. Where the system has an ffmpeg, that one is taken.
 """
 VIRAL = re.compile(r"\bA?GPL|Affero|GNU General Public", re.IGNORECASE)
 WEAK = re.compile(r"LGPL|Lesser", re.IGNORECASE)

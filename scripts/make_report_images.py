@@ -1,4 +1,4 @@
-"""Refresh docs/images/report.png and docs/images/film.gif; needs Chromium.
+"""Refresh report.png, film.gif and lift.gif in docs/images; needs Chromium.
 
 Example: python scripts/make_report_images.py
 """
@@ -25,6 +25,7 @@ def main() -> None:
         page.evaluate("softhand.ready.then(() => true)")
         (IMAGES / "report.png").write_bytes(page.screenshot())
     softhand.write_film(recording, IMAGES / "film.gif", fps=15, size=(640, 480))
+    softhand.write_film(softhand.simulate("grasp-and-lift"), IMAGES / "lift.gif", fps=12, size=(640, 480))
 
 
 if __name__ == "__main__":

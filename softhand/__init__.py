@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         SimulationStopped,
         SofthandError,
     )
+    from softhand.export.writing import read_mcap, write_mcap, write_rrd
     from softhand.grasping.placement import Placement, place_object
     from softhand.grasping.proposals import Proposal, Proposals, propose_grasps
     from softhand.grasping.quality import GraspQuality, grasp_quality
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from softhand.version import __version__
     from softhand.viewer.live.replay import view
     from softhand.viewer.live.viewer import Viewer
+    from softhand.viewer.meshcat.viewer import MeshcatViewer
     from softhand.viewer.report.film import write_film
     from softhand.viewer.report.report import write_report
 
@@ -92,6 +94,7 @@ _HOMES = {
         "SimulationStopped",
         "SofthandError",
     ),
+    "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
     "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),
     "plant.state": ("State",),
@@ -111,6 +114,7 @@ _HOMES = {
     "viewer.report.report": ("write_report",),
     "viewer.live.replay": ("view",),
     "viewer.live.viewer": ("Viewer",),
+    "viewer.meshcat.viewer": ("MeshcatViewer",),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
 

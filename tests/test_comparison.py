@@ -198,7 +198,7 @@ def test_the_command_prints_a_table_and_writes_a_figure(tmp_path: Path) -> None:
     result = run("target-a", "--controller", "regulation,blind(K_p=100)", "--controller", "opposing", "--duration",
                  "0.02", "--jobs", "2", "--out", "here", folder=tmp_path)  # fmt: skip
     assert result.returncode == 0, result.stderr
-    for words in ("settled", "lost", "[mJ]", "blind(K_p=100)", "opposing cannot begin", "needs 2 fingers"):
+    for words in ("settled", "lost", "[mJ]", "blind(K_p=100)", "opposing: cannot begin", "needs 2 fingers"):
         assert words in result.stdout
     assert {file.name for file in (tmp_path / "here").iterdir()} == {"comparison.png", "comparison.csv"}
     table = list(csv.DictReader((tmp_path / "here/comparison.csv").open()))

@@ -134,7 +134,7 @@ def test_a_joint_beyond_its_stop() -> None:
     angle, limited = np.zeros((N, 1)), np.zeros((N, 1))
     angle[30:40, 0], limited[30:40, 0] = np.linspace(-1.1, -1.2, 10), -1
     assert find_events(recording(joint_position=angle, joint_limited=limited)) == [
-        Event(0.030, "joint limit", "knuckle", "at -1.1 beyond the lower limit, at most -1.2")
+        Event(0.030, "joint limit", "knuckle", "at -1.1 rad beyond the lower limit, at most -1.2 rad")
     ]
 
 
@@ -151,7 +151,7 @@ def test_a_run_past_a_joint_limit_says_so() -> None:
     for event in found:
         joint, sample = run.labels["joint"].index(event.finger), round(event.time / 1e-3)
         assert run.joint_limited[sample, joint] != 0 and run.joint_limited[sample - 1, joint] == 0
-        assert event.text.startswith(f"at {run.joint_position[sample, joint]:.4g} beyond")
+        assert event.text.startswith(f"at {run.joint_position[sample, joint]:.4g} rad beyond")
 
 
 def test_a_turn_of_theta_over_pi_is_no_apex() -> None:

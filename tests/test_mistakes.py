@@ -78,7 +78,7 @@ def test_a_law_error_carries_its_place(tmp_path: Path) -> None:
         """Two numbers."""
 
         @staticmethod
-        def force(dr, dtheta, dphi, dpsi, phi, radius):  # type: ignore[override,no-untyped-def]
+        def force(dr, dtheta, dphi, dpsi, phi, radius):
             return dr, dtheta
 
     for check in (check_law, compile_law):

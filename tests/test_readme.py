@@ -14,7 +14,7 @@ README = (ROOT / "README.md").read_text()
 EXAMPLES = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=["controller", "law"])
+@pytest.mark.parametrize("example", EXAMPLES, ids=["controller"])
 def test_the_examples_run(example, tmp_path, monkeypatch):
     """Each Python block of the README runs as it stands, and its run is complete."""
     monkeypatch.chdir(tmp_path)

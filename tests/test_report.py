@@ -687,7 +687,7 @@ def test_the_command_says_that_a_run_is_incomplete(brief, tmp_path):
     [
         (["missing.nc"], "no such file"),
         (["text.nc"], "cannot be read as a recording"),
-        (["a.nc", "--out", "nowhere/report.html"], "choose a folder that exists"),
+        (["a.nc", "--out", "nowhere/report.html"], "make it or choose another"),
         (["a.nc", "--out", "report.pdf"], "unknown ending '.pdf'; choose .html"),
     ],
 )

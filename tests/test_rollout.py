@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 from pathlib import Path
 from typing import Any
 
@@ -165,7 +164,7 @@ def test_an_interrupted_rollout_keeps_what_is_done(monkeypatch: pytest.MonkeyPat
 
     def interrupt(done: int, total: int) -> None:
         if done == 2:
-            _thread.interrupt_main()
+            raise KeyboardInterrupt
 
     with pytest.raises(RolloutStopped, match="runs are done") as stop:
         rollout(SHORT.with_values({"duration": 2.0}), {"mass": np.linspace(0.15, 0.25, 40)}, threads=1,

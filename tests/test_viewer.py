@@ -7,7 +7,6 @@ import dataclasses
 import socket
 import urllib.error
 import urllib.request
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -267,10 +266,10 @@ def test_a_live_page_marks_slips_between_two_pictures():
             return [rows[16 * k + 15] for k in marks]
 
         assert visible() == [0.0, 0.0, 0.0]
-        observation.is_slipping[2], observation.time, viewer._due = 1, 0.01, np.inf
+        observation.is_slipping[2], observation.time, viewer._newest._due = 1, 0.01, np.inf
         viewer.show(observation)
         for now, seen in ((0.05, 1.0), (0.109, 1.0), (0.2, 0.0)):
-            observation.is_slipping[2], observation.time, viewer._due = 0, now, 0.0
+            observation.is_slipping[2], observation.time, viewer._newest._due = 0, now, 0.0
             viewer.show(observation)
             assert visible() == [0.0, 0.0, seen]
 
@@ -365,8 +364,8 @@ def test_what_cannot_be_drawn_is_refused_with_its_reason(recording, changes, sai
 def test_a_recorded_scene_reads_each_text_once(recording, monkeypatch):
     """The scenario as TOML, the URDFs of hand and object as XML."""
     parsed, read = [], []
-    loads, read_document = recorded.tomllib.loads, examination.read_document
-    monkeypatch.setattr(recorded, "tomllib", SimpleNamespace(loads=lambda text: parsed.append(text) or loads(text)))
+    parse, read_document = recorded.parse_toml, examination.read_document
+    monkeypatch.setattr(recorded, "parse_toml", lambda text, *rest: parsed.append(text) or parse(text, *rest))
     monkeypatch.setattr(examination, "read_document", lambda text, file: read.append(text) or read_document(text, file))
     text = recording.scenario + "\n# another text than before"
     RecordedScene(dataclasses.replace(recording, scenario=text))
@@ -421,7 +420,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch) -> Clock:
     clock = Clock()
-    for module in (live.pace, live.replay, live.viewer):
+    for module in (live.pace, live.replay, live.newest):
         monkeypatch.setattr(module, "clock", clock)
     return clock
 
@@ -507,7 +506,7 @@ def test_a_page_that_never_asks_again_is_sent_nothing_and_stops_nobody(recording
         assert len(stream(viewer.address, 1, lambda: simulation.run(watch=viewer.show))) == 1
         assert len(drawn) == 1
         assert simulation.time == 2.0
-        assert viewer._count > 1
+        assert viewer._newest.count > 1
 
 
 def test_showing_costs_next_to_nothing(clock, monkeypatch):
@@ -516,8 +515,8 @@ def test_showing_costs_next_to_nothing(clock, monkeypatch):
     simulation = build(load_scenario("target-a", {"duration": 0.5}))
     with Viewer(simulation, port=PORT) as viewer:
         monkeypatch.setattr(viewer._scene, "draw", lambda *_: drawn.append(1))
-        copy = live.viewer.observed_moment
-        monkeypatch.setattr(live.viewer, "observed_moment", lambda *args: copied.append(1) or copy(*args))
+        copy = live.newest.observed_moment
+        monkeypatch.setattr(live.newest, "observed_moment", lambda *args: copied.append(1) or copy(*args))
         for _ in range(1000):
             viewer.show(simulation.observation)
             clock.now += 1e-3

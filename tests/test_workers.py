@@ -47,12 +47,12 @@ class Work:
 
     def workers(self, count: int = 2) -> list[int]:
         """Their processes, once so many have begun."""
-        assert within(60.0, lambda: len(list(self._pids.iterdir())) >= count)
+        assert within(300.0, lambda: len(list(self._pids.iterdir())) >= count)
         return [int(file.name) for file in self._pids.iterdir()]
 
     def end(self) -> tuple[str, str]:
         """What it printed, and of errors."""
-        return self.parent.communicate(timeout=60.0)
+        return self.parent.communicate(timeout=300.0)
 
 
 def within(seconds: float, is_so: Callable[[], bool]) -> bool:

@@ -14,6 +14,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
     energy,
+    export,
     film,
     grasp,
     hands,

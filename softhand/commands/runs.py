@@ -10,12 +10,12 @@ if TYPE_CHECKING:
 
 
 def load_run(file: Path) -> Recording:
-    """The recording in a file.
+    """The recording in a file, or in the folder of a run.
 
     Raises:
         RecordingError: it cannot be read, or its numbers cannot be used.
     """
-    from softhand.recording.recording import Recording
+    from softhand.recording.recording import load_recording
     from softhand.recording.sound import require_sound
 
-    return require_sound(Recording.load(file), file)
+    return require_sound(load_recording(file), file)

@@ -27,7 +27,7 @@ from softhand.commands.console import (
     say_compiling,
     write_text,
 )
-from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, show_page
+from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, refuse_host, show_page
 from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
     from softhand.simulation.simulation import Simulation, Watch
+    from softhand.viewer.live.viewer import Viewer
+    from softhand.viewer.meshcat.viewer import MeshcatViewer
 
 
 @app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
@@ -53,6 +55,7 @@ def simulate(
     duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
     plot: Annotated[bool, typer.Option(help="Draw figure.png.")] = True,
     view: Annotated[bool, typer.Option("--view", help="Show the run in 3-D on a page, in real time.")] = False,
+    meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in meshcat, in real time.")] = False,
     speed: Speed = 1.0,
     host: Host = HOST,
     port: Port = PORT,
@@ -76,7 +79,9 @@ def simulate(
     if stepper is not None and stepper != chosen.stepper.name:
         before = chosen.stepper
         chosen = chosen.with_values({"stepper": {"name": stepper, "step": before.step, "terms": before.terms}})
-    window = _Window(speed, host, port, open_page, quiet) if view else None
+    if meshcat:
+        refuse_host(host)
+    window = _Window(speed, host, port, open_page, quiet, meshcat) if view or meshcat else None
     _simulate(chosen, out, Path(scenario).stem, plot, quiet, window)
 
 
@@ -88,15 +93,15 @@ class _Window(NamedTuple):
     port: int
     open_page: bool
     quiet: bool
+    meshcat: bool
 
     @contextmanager
     def watch(self, simulation: Simulation) -> Iterator[Watch]:
         """A page, as a function that shows an observation on it and holds the run back to its speed."""
         from softhand.viewer.live.pace import Pace
-        from softhand.viewer.live.viewer import Viewer
 
         pace = Pace(self.speed)
-        with Viewer(simulation, self.host, self.port) as viewer:
+        with self._viewer(simulation) as viewer:
 
             def show(observation: Observation) -> None:
                 viewer.show(observation)
@@ -104,6 +109,15 @@ class _Window(NamedTuple):
 
             show_page(viewer, self.open_page, self.quiet)
             yield show
+
+    def _viewer(self, simulation: Simulation) -> Viewer | MeshcatViewer:
+        if self.meshcat:
+            from softhand.viewer.meshcat.viewer import MeshcatViewer
+
+            return MeshcatViewer(simulation, port=self.port)
+        from softhand.viewer.live.viewer import Viewer
+
+        return Viewer(simulation, self.host, self.port)
 
 
 def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:

@@ -1,7 +1,10 @@
-"""softhand view: replay a recording on a page."""
+"""softhand view: replay a recording on a page, or in meshcat."""
 
 from __future__ import annotations
 
+import math
+import threading
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,9 +13,12 @@ import typer
 from softhand.commands.app import app
 from softhand.commands.console import note_incomplete, say
 from softhand.commands.runs import load_run
+from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
+    from softhand.recording.recording import Recording
     from softhand.viewer.live.page import Page
+    from softhand.viewer.meshcat.viewer import MeshcatViewer
 
 Speed = Annotated[float, typer.Option(help="Times real time.")]
 Host = Annotated[
@@ -22,21 +28,29 @@ Port = Annotated[int, typer.Option(min=1, max=65535, help="First port to try; a 
 OpenPage = Annotated[bool, typer.Option("--open/--no-open", help="Show the page in the browser.")]
 
 HOST, PORT = "127.0.0.1", 7000
+_OPENING = 10.0  # [s] that a browser may take to show meshcat's page
 
 
 @app.command(epilog="Example: softhand view runs/target-a/run.nc --speed 0.25")
 def view(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
+    recording: Annotated[Path, typer.Argument(help="A recording, run.nc, or its folder.")],
     speed: Speed = 1.0,
     once: Annotated[bool, typer.Option("--once", help="Stop at the end instead of starting again.")] = False,
     host: Host = HOST,
     port: Port = PORT,
     open_page: OpenPage = True,
+    meshcat: Annotated[
+        bool, typer.Option("--meshcat", help="Play it in meshcat, as an animation that can be stopped and wound there.")
+    ] = False,
 ) -> None:
     """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
     from softhand.viewer.live.replay import Replay
 
     run = load_run(recording)
+    if meshcat:
+        refuse_host(host)
+        _play_in_meshcat(run, speed, once, port, open_page)
+        return
     with Replay(run, speed, once, host, port) as replay:
         note_incomplete(run)
         show_page(replay, open_page)
@@ -47,11 +61,33 @@ def view(
             say("viewer closed")
 
 
-def show_page(page: Page, open_page: bool, quiet: bool = False) -> None:
-    """Say where a page is and what is left out of it; open it in the browser if there is one."""
+def refuse_host(host: str) -> None:
+    """meshcat is shown on this machine alone."""
+    if host != HOST:
+        raise SofthandError(
+            f"host: with meshcat this machine alone can see the page, not {host}; leave --host out, or leave out "
+            "meshcat.",
+            value=host,
+        )
+
+
+def _play_in_meshcat(run: Recording, speed: float, once: bool, port: int, open_page: bool) -> None:
+    from softhand.viewer.meshcat.viewer import MeshcatViewer
+
+    with MeshcatViewer(port=port) as viewer:
+        note_incomplete(run)
+        length = viewer.animate(run, speed, repetitions=1.0 if once else math.inf)
+        is_open = show_page(viewer, open_page)
+        try:
+            time.sleep(length + _OPENING * is_open if once else threading.TIMEOUT_MAX)
+        except KeyboardInterrupt:
+            say("viewer closed")
+
+
+def show_page(page: Page | MeshcatViewer, open_page: bool, quiet: bool = False) -> bool:
+    """Say where a page is and what is left out of it; open it in the browser if there is one, and tell whether."""
     if not quiet:
         say(f"{page.notice}, Ctrl-C ends")
         for name in page.unread:
             say(f"the mesh {name} cannot be read and is left out", "note")
-    if open_page:
-        page.open()
+    return open_page and page.open()

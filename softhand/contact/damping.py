@@ -60,8 +60,9 @@ def press(pad, contact):
     for k in range(4):
         force[k] = elastic[k] + dashpot[k] * (velocity[k] if k != 2 else contact.pressing_rate)
     has_limit = pad.can_slip and usually(contact.grip < math.inf)
-    if (has_limit or (pad.is_damped and usually(contact.is_damped > 0))) and seldom(force[2] < 0.0):
-        force[2] = 0.0
+    if has_limit or (pad.is_damped and usually(contact.is_damped > 0)):  # noqa: SIM102  seldom stands alone
+        if seldom(force[2] < 0.0):
+            force[2] = 0.0
     if not has_limit:
         return False
     contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(contact))

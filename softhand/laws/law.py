@@ -155,6 +155,12 @@ def check_law(law: Law) -> None:
     name = type(law).__name__
     if law.coordinates not in LEADING:
         raise LawError(f"law '{name}': its coordinates {law.coordinates!r} are none of {', '.join(LEADING)}.", law=name)
+    _check_once(law, getattr(law, "force", None), law.stiffness)
+
+
+@lru_cache(256)
+def _check_once(law: Law, *_formulas: Any) -> None:
+    """The check takes some milliseconds, and thousands of runs may have the same law."""
     check_formulas(law, LEADING[law.coordinates])
 
 

@@ -82,9 +82,9 @@ class _Text:
 
     def _step(self, index: int, word: str, rest: list[Any]) -> list[str]:
         if word == "number":
-            return [f"%a{index} = getelementptr i64, i64* %words, i64 {self._pointers + rest[0]}",
-                    f"%p{index} = bitcast i64* %a{index} to double*",
-                    f"%s{index} = load double, double* %p{index}"]  # fmt: skip
+            place = f"%a{index} = getelementptr i64, i64* %words, i64 {self._pointers + rest[0]}"
+            cast = f"%p{index} = bitcast i64* %a{index} to double*"
+            return [place, cast, f"%s{index} = load double, double* %p{index}"]
         if word == "load":
             kind = rest[0]
             return [*self._pointer(str(index), kind, rest[1]), f"%s{index} = load {kind}, {kind}* %p{index}"]

@@ -11,10 +11,12 @@ from softhand.numerics.compiled import kernel_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+_OPTIONS: dict[str, Any] = {
+    "cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False, "forceinline": True,
+}  # fmt: skip
+
 
 def inlined(function: F) -> F:
     """As `compiled`, for a short function that is called at few places; it makes no arrays."""
-    options: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
-    options["forceinline"] = True
     with kernel_folder(function.__module__):
-        return cast(F, numba.njit(**options)(function))
+        return cast(F, numba.njit(**_OPTIONS)(function))

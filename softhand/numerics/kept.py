@@ -35,7 +35,7 @@ class File:
         self._folder, self._base, self._stamp = Path(folder), base, stamp
 
     def load(self, key: Any) -> Any:
-        """What was saved; None if there is nothing that is whole."""
+        """What was saved under a key; None if there is nothing, or nothing that can be trusted."""
         try:
             sealed = _read_own(self._file(key))
         except OSError:
@@ -48,7 +48,11 @@ class File:
         return data if name == self._name(key) else None
 
     def save(self, key: Any, data: Any) -> None:
-        """Whole or not at all."""
+        """Keep data under a key.
+
+        Raises:
+            OSError: it cannot be written.
+        """
         content = caching.dumps((self._name(key), data))
         file = self._file(key)
         handle, draft = tempfile.mkstemp(dir=self._folder)
@@ -61,7 +65,7 @@ class File:
             raise
 
     def flush(self) -> None:
-        """Forget all."""
+        """Remove all that was saved."""
         for file in self._folder.glob(f"{self._base}.*.nbc"):
             file.unlink(missing_ok=True)
 

@@ -100,6 +100,9 @@ class _Arrays:
     def __init__(self, traced: Traced) -> None:
         self.empty = traced.room
 
+    def __getattr__(self, name: str) -> Any:
+        raise NotStraightError(f"np.{name}")
+
     def zeros(self, shape: Any) -> Block:
         block = self.empty(shape)
         block[:] = 0.0

@@ -30,7 +30,7 @@ from softhand.recording.whole_file import fill_whole, write_whole
 Attribute = float | int | str
 _IN_MEMORY = 20_000_000  # bytes of a recording that is put together in memory before it is written
 _TITLE = "softhand: recording of a run"
-_REPORT = "softhand.viewer.report.report"  # by name, since it lies far above
+_REPORT, _EXPORT = "softhand.viewer.report.report", "softhand.export.writing"  # by name, since they lie far above
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,6 +137,28 @@ class Recording:
             RecordingError: a recording lacks what the report shows, or the file cannot be written.
         """
         import_module(_REPORT).write_report(path, self, *others)
+
+    def to_mcap(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write a log for Foxglove, Lichtblick and others; see `softhand.write_mcap`, which has the options.
+
+        Args:
+            path: file to write; an older one is replaced.
+            options: `rate`, `picture`, `progress`.
+
+        Raises:
+            RecordingError: the recording lacks what a picture needs, or the file cannot be written.
+            SofthandError: the extra `export` is not installed.
+        """
+        import_module(_EXPORT).write_mcap(self, path, **options)
+
+    def to_rrd(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write a recording of Rerun; as `to_mcap`, with the extra `rerun`.
+
+        Raises:
+            RecordingError: the recording lacks what a picture needs, or the file cannot be written.
+            SofthandError: the extra `rerun` is not installed.
+        """
+        import_module(_EXPORT).write_rrd(self, path, **options)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Recording:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import namedtuple
 from collections.abc import Iterable
 from functools import cache
+from hashlib import sha256
 from math import prod
 from typing import Any, NamedTuple
 
@@ -162,14 +163,14 @@ def pick(record: type[Any], views: Any, **renamed: str) -> Any:
 
 
 _NAMES = [*FIELDS, *SPANS, *(name for name, field in ALIASES.items() if field in FIELDS or field in SPANS)]
-_PREFIX = "Observed_"
+_PREFIX = f"Observed_{sha256(' '.join(_NAMES).encode()).hexdigest()[:8]}_"
 
 
 def observed_by(names: Iterable[str]) -> Any:
     """A NamedTuple with these names of fields, for `pick`; the same names give the same class, in every process.
 
     Machine code on disk belongs to such a class, so it must be found again by its name, which therefore tells what is
-    in it.
+    in it, and with which list of fields.
     """
     return __getattr__(f"{_PREFIX}{sum(1 << _NAMES.index(name) for name in set(names)):x}")
 

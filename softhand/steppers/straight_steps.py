@@ -23,17 +23,19 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
     fixed = Fixed(tables, tables)
     drive = m.torque, m.external
     whole = {
-        KICK_DRIFT: (kick_drift, (m.joints, *drive, touch, terms, m.envelope, kicks, step, state)),
-        BEGIN: (begin_kick, (*drive, terms, m.envelope, kicks, step, state.v)),
-        KICK: (kick, (m.envelope, kicks, step, state.v)),
+        KICK_DRIFT: straight(
+            kick_drift, [(m.joints, *drive, touch, terms, m.envelope, kicks, step, state)], fixed, layouts
+        ),
+        BEGIN: straight(begin_kick, [(*drive, terms, m.envelope, kicks, step, state.v)], fixed, layouts),
+        KICK: straight(kick, [(m.envelope, kicks, step, state.v)], fixed, layouts),
     }
-    found = [(row, straight(kernel, [own], fixed, layouts)[0]) for row, (kernel, own) in whole.items()]
     contacts = range(len(touch.contacts))
     alike = [[i for i in contacts if touch.pads["is_support"][i] == kind] for kind in (0, 1)]
-    pads = Fixed((touch.pads, touch.columns), (pattern_of(touch.pads, alike), touch.columns))
-    each = straight(meet_contact, [(i, touch, terms, kicks, step, state.z) for i in contacts], pads, layouts)
+    own = Fixed((touch.pads, touch.columns), (pattern_of(touch.pads, alike), touch.columns))
+    each = straight(meet_contact, [(i, touch, terms, kicks, step, state.z) for i in contacts], own, layouts)
     tree = Fixed((m.tree.joints,), (pattern_of(m.tree.joints, _rows_alike(m)),), (m.tree.work,))
     branches = [(m.tree, int(first), int(last), state.q, kicks.ahead, terms) for first, last in m.branches]
+    found = [(row, code) for row, (code,) in whole.items()]
     found += enumerate([*each, *straight(branch_terms, branches, tree, layouts)], CONTACTS)
     return [put(code, m.straight[row]) for row, code in found]
 

@@ -72,7 +72,7 @@ def watched(try_input: Callable[[], str]) -> tuple[str, str]:
         for number, handler in before.items():
             signal.signal(number, handler)
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    if used > max(MEMORY, most) and ended[0] in ("taken", "refused"):
+    if used - most > MEMORY and ended[0] in ("taken", "refused"):
         return "memory", f"{used // 1000} MB"
     return ended
 

@@ -63,7 +63,7 @@ class Page(ABC):
         Returns:
             Whether a browser showed it.
         """
-        return _has_screen() and webbrowser.open(self.address) and self._server.opened.wait(_OPENING)
+        return has_screen() and webbrowser.open(self.address) and self._server.opened.wait(_OPENING)
 
     def close(self, message: str = "The run has ended.") -> None:
         """End the page's stream; the last picture stays in the browser, with the message."""
@@ -80,6 +80,6 @@ class Page(ABC):
         return f'<iframe src="{self.address}" style="width: 100%; height: 560px; border: 0"></iframe>'
 
 
-def _has_screen() -> bool:
+def has_screen() -> bool:
     """Whether a browser would show a window; without one, Python may start a browser for the terminal."""
     return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

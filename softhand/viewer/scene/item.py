@@ -45,6 +45,8 @@ class Item:
         soft: whether its vertices change.
         kind: "mesh" or "lines".
         on_top: whether it is seen through all that is before it.
+        frame: what carries it, the name of a link, "the object" or "the desired object": its pose is that of the frame,
+            nothing else. "" for what has a pose of its own.
     """
 
     name: str
@@ -56,6 +58,10 @@ class Item:
     soft: bool = False
     kind: str = "mesh"
     on_top: bool = False
+    frame: str = ""
+
+
+OBJECT_FRAME, DESIRED_FRAME = "the object", "the desired object"
 
 
 class Update(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.numerics.arrays import Array
@@ -19,6 +20,12 @@ def pose(rotation: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
 def pose_of(position: ArrayLike, rpy: ArrayLike) -> Array:
     """A pose from position [m] and roll, pitch, yaw [rad]."""
     return pose(rotation_of(rpy), position)
+
+
+def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
+    """x, y, z, w of a rotation, shape (3, 3), as a unit quaternion."""
+    x, y, z, w = pin.Quaternion(np.ascontiguousarray(rotation)).coeffs().tolist()
+    return x, y, z, w
 
 
 def along(direction: Array, position: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

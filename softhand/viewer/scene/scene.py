@@ -75,6 +75,7 @@ class Scene:
         items: everything in the picture.
         legend: what the colours mean.
         unread: meshes of the URDFs that could not be read; they are left out.
+        skeleton: of the hand, as it was drawn last.
 
     Raises:
         ModelError: a URDF cannot be read.
@@ -82,7 +83,7 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         self._upright = upright(cast.gravity)
-        self._skeleton = Skeleton(cast.hand)
+        self.skeleton = Skeleton(cast.hand)
         self.unread: list[str] = []
         self._parts = self._make_parts(cast, scales)
         self.items: list[Item] = [item for part in self._parts for item in part.items]
@@ -97,7 +98,7 @@ class Scene:
             moment: what to show.
             past: what has been before.
         """
-        self._skeleton.move(moment.joint_position)
+        self.skeleton.move(moment.joint_position)
         return [update for part in self._parts for update in part.update(moment, past)]
 
     def extent(self, moments: Sequence[Moment]) -> Bounds:
@@ -106,7 +107,7 @@ class Scene:
         return Bounds(
             sphere_around([points for _, points in places]),
             sphere_around([points for layer, points in places if layer in ("object", "tips")]),
-            open_side(moments[0], self._skeleton.base, self._upright),
+            open_side(moments[0], self.skeleton.base, self._upright),
             self._upright,
         )
 
@@ -116,9 +117,9 @@ class Scene:
         table = [] if cast.table is None else [Table(*cast.table, unit)]
         return [
             *table,
-            Hand(self._skeleton, hand, tips, unit),
+            Hand(self.skeleton, hand, tips, unit),
             Object(body, unit),
-            Tips(self._skeleton, tips, cast.radii, [self._colour(hand, tip) for tip in tips]),
+            Tips(self.skeleton, tips, cast.radii, [self._colour(hand, tip) for tip in tips]),
             Forces(tips, unit, 3.2 * unit / scales.force),
             Supports(cast.supports, unit, 2.0 * unit / scales.support_force),
             Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0),
@@ -146,7 +147,7 @@ class Scene:
 
     def _colour(self, looks: list[Visual], tip: str) -> palette.Colour:
         """Of a soft tip: that of the rigid link in whose place it stands, if its URDF gives one."""
-        skeleton = self._skeleton
+        skeleton = self.skeleton
         for visual in looks:
             stands = skeleton.coincide(visual.link, tip) or skeleton.seat(visual.link, tip) is not None
             if visual.colour and stands:

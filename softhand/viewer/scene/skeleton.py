@@ -34,6 +34,18 @@ class Skeleton:
         pose: Array = self._data.oMf[self._index(name)].homogeneous
         return pose
 
+    @property
+    def links(self) -> list[str]:
+        """Names of all links."""
+        return [frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY]
+
+    def link_of(self, index: int) -> str:
+        """Name of the link whose frame is that of a joint, as a URDF has it; "" for the base."""
+        for frame in self.model.frames:
+            if frame.type == pin.FrameType.BODY and frame.parentJoint == index and frame.placement.isIdentity():
+                return str(frame.name)
+        return ""
+
     def coincide(self, one: str, other: str) -> bool:
         """Whether two frames are the same place of the same body."""
         a, b = (self.model.frames[self._index(name)] for name in (one, other))

@@ -38,7 +38,8 @@ class Hand(Part):
         ]
 
     def _add(self, name: str, mesh: Mesh, colour: Colour, frame: str | int) -> None:
-        self.items.append(item(name, mesh, colour))
+        link = self._skeleton.link_of(frame) if isinstance(frame, int) else frame
+        self.items.append(item(name, mesh, colour, frame=link))
         self._frames.append(frame)
 
     def _add_links(self, visuals: list[Visual], tips: list[str]) -> None:

@@ -27,8 +27,8 @@ class Tips(Part):
             rest = Indentation(radius, radius, (0.0, 1.0), (0.0, 0.0, 0.0))
             net = Mesh(tip_net(rest), net_segments())
             self.items += [
-                item(f"tips/{name}", Mesh(tip_surface(rest), tip_faces()), colour, soft=True),
-                item(f"tips/{name}_net", net, NET, soft=True, kind="lines", opacity=0.55),
+                item(f"tips/{name}", Mesh(tip_surface(rest), tip_faces()), colour, soft=True, frame=name),
+                item(f"tips/{name}_net", net, NET, soft=True, kind="lines", opacity=0.55, frame=name),
                 item(f"tips/{name}_disc", disc(), DISC),
             ]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softhand.numerics.arrays import Array
-from softhand.viewer.scene.item import Part, Update, item
+from softhand.viewer.scene.item import OBJECT_FRAME, Part, Update, item
 from softhand.viewer.scene.moment import Moment, Past
 from softhand.viewer.scene.palette import TRAIL
 from softhand.viewer.scene.shapes.mesh import Mesh, grid_faces
@@ -21,7 +21,8 @@ class Trails(Part):
     def __init__(self, names: Sequence[str], unit: float) -> None:
         self._unit = unit
         empty = Mesh(tube(np.zeros((0, 3)), np.array([0.0, 0.0, 1.0]), 0.0), grid_faces(_POINTS, _SIDES))
-        self.items = [item(f"trails/{name}", empty, TRAIL, soft=True, on_top=True) for name in names]
+        looks = {"soft": True, "on_top": True, "frame": OBJECT_FRAME}
+        self.items = [item(f"trails/{name}", empty, TRAIL, **looks) for name in names]
 
     def update(self, moment: Moment, past: Past) -> list[Update]:
         """A tube on the face."""

@@ -1,0 +1,1 @@
+"""MCAP logs with the schemas of Foxglove, which Foxglove, Lichtblick and others open."""

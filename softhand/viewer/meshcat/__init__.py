@@ -1,0 +1,1 @@
+"""The same scene in meshcat, beside whatever else is shown there."""
