@@ -18,6 +18,7 @@ from typing import Any, TypeVar, cast
 import numba
 
 from softhand.numerics.kept import kept_in, own_folder
+from softhand.numerics.linking import kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -87,6 +88,5 @@ def compiled(function: F) -> F:
     references, which takes a tenth of a step and a third of an observation; it must return no array.
     """
     allocates = not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
-    options: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": allocates}
-    with kernel_folder(function.__module__):
-        return cast(F, numba.njit(**options)(function))
+    folder = kernels_of(function.__module__.removeprefix("softhand."))
+    return cast(F, kernel(function, folder, error_model="numpy", fastmath={"contract"}, _nrt=allocates))

@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
-
-from softhand.numerics.compiled import kernel_folder
+from softhand.numerics.compiled import kernels_of
+from softhand.numerics.linking import kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-_OPTIONS: dict[str, Any] = {
-    "cache": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False, "forceinline": True,
-}  # fmt: skip
 
 
 def inlined(function: F) -> F:
     """As `compiled`, for a short function that is called at few places; it makes no arrays."""
-    with kernel_folder(function.__module__):
-        return cast(F, numba.njit(**_OPTIONS)(function))
+    folder = kernels_of(function.__module__.removeprefix("softhand."))
+    return cast(F, kernel(function, folder, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True))

@@ -10,18 +10,25 @@ import hashlib
 import os
 import pickle
 import stat
+import sys
 import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numba
 import platformdirs
+from llvmlite import binding as llvm
 from numba.core import caching, ccallback, dispatcher
+from numba.core.runtime import _nrt_python
 
 _DIGEST = 32  # bytes
+
+SHIPPED = Path(__file__).parents[1] / "machine_code"
+"""Made with the package, for the processor and the versions that it was built with."""
 
 
 class KeptCodeWarning(UserWarning):
@@ -29,23 +36,31 @@ class KeptCodeWarning(UserWarning):
 
 
 class File:
-    """The code of one function for all kinds of arguments, a file each; stands in for numba's index and data files."""
+    """The code of one function for all kinds of arguments, a file each.
 
-    def __init__(self, folder: str, base: str, stamp: Any) -> None:
-        self._folder, self._base, self._stamp = Path(folder), base, stamp
+    Args:
+        folder: of the user, written to; what came with the package is read from `SHIPPED`, below the same name.
+        base: begins the names of the files.
+        stamp: tells one state of the source from another, where the name of the folder does not.
+    """
+
+    def __init__(self, folder: Path, base: str, stamp: Any = None) -> None:
+        self._folder, self._base, self._stamp = folder, base, stamp
 
     def load(self, key: Any) -> Any:
         """What was saved under a key; None if there is nothing, or nothing that can be trusted."""
-        try:
-            sealed = _read_own(self._file(key))
-        except OSError:
-            return None
-        content = sealed[_DIGEST:]
-        if hashlib.sha256(content).digest() != sealed[:_DIGEST]:
-            _warn_once(f"compiled code in {self._folder.parent} was damaged or not yours; it is made anew.")
-            return None
-        name, data = pickle.loads(content)
-        return data if name == self._name(key) else None
+        own = self._file(key)
+        for file, read in ((SHIPPED / own.parent.name / own.name, Path.read_bytes), (own, _read_own)):
+            try:
+                sealed = read(file)
+            except OSError:
+                continue
+            content = sealed[_DIGEST:]
+            if hashlib.sha256(content).digest() == sealed[:_DIGEST]:
+                name, data = pickle.loads(content)
+                return data if name == self._name(key) else None
+            _warn_once(f"compiled code in {file.parents[1]} was damaged or not yours; it is made anew.")
+        return None
 
     def save(self, key: Any, data: Any) -> None:
         """Keep data under a key.
@@ -70,7 +85,7 @@ class File:
             file.unlink(missing_ok=True)
 
     def _name(self, key: Any) -> str:
-        return repr((numba.__version__, self._stamp, key))
+        return repr((numba.__version__, self._base, self._stamp, key))
 
     def _file(self, key: Any) -> Path:
         digest = hashlib.sha256(self._name(key).encode()).hexdigest()[:24]
@@ -85,42 +100,101 @@ def _read_own(file: Path) -> bytes:
     return file.read_bytes()
 
 
-class _Keeper(caching.FunctionCache):
-    """numba's cache of a function, on files that are whole; it never ends a run."""
+class Keeper(caching._Cache):
+    """What numba compiles of a function, on files that are whole; in place of numba's cache. It never ends a run.
 
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        locator = self._impl.locator
-        self._cache_file: Any = File(locator.get_cache_path(), self._impl.filename_base, locator.get_source_stamp())
+    Args:
+        function: as Python.
+        folder: of the files.
+        kind: how a compile result becomes data and is made from it.
+        suffix: of the names of the files.
+    """
+
+    def __init__(
+        self, function: Any, folder: Path, kind: Any = caching.CompileResultCacheImpl, suffix: str = ""
+    ) -> None:
+        self._function, self._folder, self._kind = function, folder, kind
+        self._file = File(folder, _file_name(function) + suffix, _stamp(function))
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compile result for arguments of these kinds, or None."""
         try:
-            return super().load_overload(sig, target_context)
+            data = self._file.load(self._key(sig, target_context))
+            if data is None:
+                return None
+            _provide_run_time()
+            return self._kind.rebuild(self, target_context, data)
         except Exception as error:
-            _warn_once(f"compiled code in {self.cache_path} cannot be used ({error}); it is made anew.")
+            _warn_once(f"compiled code in {self._folder} cannot be used ({error}); it is made anew.")
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep one, unless it holds addresses of this process."""
+        if data.library.has_dynamic_globals:
+            return
         try:
-            super().save_overload(sig, data)
+            self._file.save(self._key(sig, data.target_context), self._kind.reduce(self, data))
         except OSError as error:
-            _warn_once(f"compiled code cannot be kept in {self.cache_path} ({error}); the next start compiles again.")
+            _warn_once(f"compiled code cannot be kept in {self._folder} ({error}); the next start compiles again.")
+
+    def enable(self) -> None:
+        """It always is."""
+
+    def disable(self) -> None:
+        """It never is."""
+
+    def flush(self) -> None:
+        """Remove all that was saved."""
+        self._file.flush()
+
+    def _key(self, sig: Any, target_context: Any) -> Any:
+        function = self._function
+        enclosed = [_name_of(cell.cell_contents) for cell in function.__closure__ or ()]
+        return sig, target_context.codegen().magic_tuple(), sys.version_info[:2], function.__code__.co_code, enclosed
+
+
+@cache
+def _provide_run_time() -> None:
+    """Functions that numba's code calls; numba itself names them once it compiles."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+
+def _file_name(function: Any) -> str:
+    return f"{function.__qualname__.replace('<locals>', 'of')}-{function.__code__.co_firstlineno}"
+
+
+def _stamp(function: Any) -> Any:
+    """Of the file, where no digest of the sources is part of the name of the folder."""
+    if function.__module__.startswith("softhand."):
+        return None
+    status = Path(function.__code__.co_filename).stat()
+    return status.st_mtime, status.st_size
+
+
+def _name_of(value: Any) -> Any:
+    """An enclosed value, as text that is the same in each process."""
+    if str(getattr(value, "__module__", "")).startswith("softhand."):
+        return value.__module__, value.__qualname__
+    return hashlib.sha256(caching.dumps(value)).hexdigest()
 
 
 @contextmanager
 def kept_in(folder: Path) -> Iterator[None]:
     """Decorate inside this context to keep what numba compiles in a folder."""
-    config: Any = numba.config
     users: list[Any] = [dispatcher, ccallback]
-    before = config.CACHE_DIR, [user.FunctionCache for user in users]
-    config.CACHE_DIR = str(folder)
+    before = [user.FunctionCache for user in users]
     for user in users:
-        user.FunctionCache = _Keeper
+        user.FunctionCache = partial(Keeper, folder=folder)
     try:
         yield
     finally:
-        config.CACHE_DIR = before[0]
-        for user, kept in zip(users, before[1], strict=True):
+        for user, kept in zip(users, before, strict=True):
             user.FunctionCache = kept
 
 

@@ -35,7 +35,7 @@ class KeptCodes:
         self._file = None
         if module.startswith("softhand."):
             folder = kernels_of(module.removeprefix("softhand."))
-            self._file = File(str(folder), "straight", "")
+            self._file = File(folder, "straight")
 
     def found(self) -> Any:
         """What was kept; None if there is nothing."""
