@@ -1,5 +1,3 @@
-"""The version, as installed."""
+"""The version, which pyproject.toml reads too."""
 
-from importlib.metadata import version
-
-__version__ = version("softhand")
+__version__ = "0.2.0"
