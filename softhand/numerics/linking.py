@@ -21,6 +21,24 @@ from numba.core.registry import CPUDispatcher
 from softhand.numerics.kept import Keeper, kept_in
 
 
+class _Flags(compiler.Flags):
+    """Options of a compilation, as numba's; but numba compares them 160,000 times, and takes a quarter of its time."""
+
+    __slots__ = ()
+    _defaults = {name: option.default for name, option in compiler.Flags.options.items()}
+    _hash = hash(compiler.Flags())
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or super().__eq__(other)
+
+    def values(self) -> dict[str, Any]:
+        """All, by their names."""
+        return {**self._defaults, **self._values}
+
+
 class _Part(JITCodeLibrary):
     """Code of a function which waits to become part of another's."""
 
@@ -112,6 +130,7 @@ class Kernel(CPUDispatcher):
         super().__init__(*args, **settings)
         self._parts: dict[Any, Any] = {}
         self._keeper: Any = None
+        self._compiler._customize_flags = _Flags
 
     def keep_in(self, folder: Path) -> None:
         """Keep it on disk, whole and as a part."""
@@ -145,7 +164,7 @@ class Kernel(CPUDispatcher):
         return result
 
     def _translate(self, args: Any) -> Any:
-        flags = compiler.Flags()
+        flags = _Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
         library = _Part(self.targetctx.codegen(), self.py_func.__qualname__)
