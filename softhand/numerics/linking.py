@@ -14,7 +14,7 @@ from typing import Any
 
 import numba
 from llvmlite import binding as llvm
-from numba.core import compiler, sigutils, typing
+from numba.core import compiler, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
@@ -140,7 +140,8 @@ class Kernel(CPUDispatcher):
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Called by numba where another kernel calls this one."""
         pysig, args = self._compiler.fold_argument_types(args, kws)
-        result = self._part(tuple(args))
+        args = tuple(types.unliteral(kind) for kind in args)  # one part for all constants
+        result = self._part(args)
         name = self.py_func.__name__
         template = typing.make_concrete_template(f"CallTemplate({name})", key=name, signatures=[result.signature])
         return template, pysig, args, {}
