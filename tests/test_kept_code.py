@@ -10,14 +10,20 @@ from pathlib import Path
 
 import pytest
 
+from softhand.numerics import kept
+
 MODULE = """
 import warnings
 from softhand.numerics.compiled import compiled, kernels_of
 from softhand.numerics.kept import KeptCodeWarning
 
 @compiled
+def once(x):
+    return 1.0 * x
+
+@compiled
 def twice(x):
-    return 2.0 * x
+    return 2.0 * once(x)
 
 with warnings.catch_warnings(record=True) as said:
     warnings.simplefilter("always")
@@ -44,7 +50,7 @@ class Small:
         return first.split(), said
 
     def code(self) -> list[Path]:
-        return sorted(self.cache.rglob("*.nbc"))
+        return sorted(self.cache.rglob("twice*.nbc"))
 
 
 @pytest.fixture
@@ -65,6 +71,26 @@ def test_what_is_kept_is_used(small: Small) -> None:
     (answer, hits, _), said = small.run()
     assert (answer, hits, said) == ("3.0", "1", "")
     assert {path.stat().st_mode & 0o777 for path in small.cache.glob("*")} == {0o700}
+
+
+def test_kernels_are_the_same_without_parts(small: Small) -> None:
+    """Where numba's inner works have changed, plain functions of numba do the same."""
+    plain = {"SOFTHAND_CACHE_DIR": str(small.cache / "plain"), "SOFTHAND_LINKED": "0"}
+    assert [small.run(**plain)[0][:2] for _ in range(2)] == [["3.0", "0"], ["3.0", "1"]]
+
+
+def test_code_that_came_with_the_package_is_read_first(tmp_path: Path, monkeypatch) -> None:
+    """Under its own key only, so that another processor's or version's is never run; damaged, it is passed over."""
+    monkeypatch.setattr(kept, "SHIPPED", tmp_path / "shipped")
+    shipped, own = (kept.File(tmp_path / place / "kernels-0", "twice") for place in ("shipped", "own"))
+    for place, file in (("shipped", shipped), ("own", own)):
+        (tmp_path / place / "kernels-0").mkdir(parents=True)
+        file.save("this processor", f"code {place}")
+    assert own.load("this processor") == "code shipped" and own.load("another processor") is None
+    (file,) = (tmp_path / "shipped").rglob("*.nbc")
+    file.write_bytes(_turn_a_bit(file.read_bytes()))
+    with pytest.warns(kept.KeptCodeWarning, match="damaged"):
+        assert own.load("this processor") == "code own"
 
 
 DAMAGES = {
@@ -89,7 +115,7 @@ def test_code_of_another_function_is_not_taken(small: Small) -> None:
     """A whole file under the name of another one is no answer."""
     (file,) = small.code()
     other = file.read_bytes()
-    small.file.write_text(MODULE.replace("2.0 * x", "4.0 * x"))
+    small.file.write_text(MODULE.replace("2.0 * once", "4.0 * once"))
     (answer, _, _), _ = small.run()
     assert answer == "6.0"
     for one in small.code():

@@ -12,11 +12,18 @@ from hatchling.builders.wheel import WheelBuilder
 ROOT = Path(__file__).parent.parent
 
 
+def build(folder):
+    """The wheel of the checkout."""
+    (file,) = WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
+    return zipfile.ZipFile(file)
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """Built once."""
-    (file,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path_factory.mktemp("dist")), versions=["standard"])
-    return zipfile.ZipFile(file)
+    """Built once, without machine code."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOFTHAND_MACHINE_CODE", "0")
+        return build(tmp_path_factory.mktemp("dist"))
 
 
 def files_below(folder):
@@ -42,12 +49,18 @@ def test_the_wheel_has_the_command(wheel):
     assert "softhand = softhand.commands.main:main" in wheel.read(points).decode()
 
 
-@pytest.mark.slow  # a package in another place compiles all its kernels anew
-def test_a_wheel_runs_from_another_folder(wheel, tmp_path):
-    """Unpacked and started far from the checkout, the wheel finds its URDFs and scenarios."""
-    site, away = tmp_path / "site", tmp_path / "away"
+@pytest.mark.slow  # compiles the main job, and what it does not hold
+def test_a_wheel_runs_from_another_folder(tmp_path):
+    """Unpacked and started far from the checkout, it finds its URDFs and scenarios; the main job compiles nothing."""
+    site, away, kept = tmp_path / "site", tmp_path / "away", tmp_path / "kept"
+    wheel = build(tmp_path / "dist")
+    assert "-none-any" not in str(wheel.filename)
     wheel.extractall(site)
     away.mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(site), "SOFTHAND_CACHE_DIR": str(kept)}
+    main = "import sys; from softhand.commands.main import main; sys.argv[1:] = ['simulate', '--quiet']; main()"
+    subprocess.run([sys.executable, "-c", main], cwd=away, env=environment, check=True)
+    assert (away / "runs/target-a/figure.png").is_file() and not list(kept.rglob("*.nbc"))
     program = (
         "import softhand\n"
         "from softhand.scenario.file import resolve_path\n"
@@ -58,10 +71,8 @@ def test_a_wheel_runs_from_another_folder(wheel, tmp_path):
         "softhand.simulate(softhand.load_scenario('prism', {'duration': 0.01}))\n"
         "print(run.complete)\n"
     )
-    result = subprocess.run(
-        [sys.executable, "-c", program], cwd=away, env={**os.environ, "PYTHONPATH": str(site)},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    result = subprocess.run([sys.executable, "-c", program], cwd=away, env=environment, capture_output=True, text=True,
+                            check=False)  # fmt: skip
     assert result.returncode == 0, result.stderr
     package, urdf, complete = result.stdout.split()
     assert package.startswith(str(site)) and urdf.startswith(str(site)) and complete == "True"
