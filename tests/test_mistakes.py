@@ -64,7 +64,7 @@ def test_a_mistake_in_a_law(name: str, tmp_path: Path) -> None:
     (tmp_path / "gel.py").write_text(text)
     chosen = 'fingertip={law="gel", friction=0.5, radius=0.01}'
     result = run_command("check", "target-a", "--plugin", "gel.py", "--set", chosen, folder=tmp_path)
-    message = result.stderr.removeprefix("First run: compiling the contact kernels, once, for some seconds ...\n")
+    message = result.stderr.removeprefix("Compiling kernels for this kind of hand, object and law, once ...\n")
     assert result.returncode == 1 and message.count("\n") == 1 and len(message) < 600, message
     assert message.startswith("error: law 'Gel'") and words in message, message
     if line != 0:

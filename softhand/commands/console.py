@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from softhand.errors import SofthandError
+from softhand.numerics.waiting import tell_of_compiling
 
 if TYPE_CHECKING:
     from softhand.recording.events import Event
@@ -84,11 +85,9 @@ def say(text: str, mark: str = "", error: bool = False) -> None:
 
 
 def say_compiling(quiet: bool) -> None:
-    """Warn of the wait for the first compilation."""
-    from softhand.numerics.compiled import is_first_run
-
-    if not quiet and is_first_run():
-        say("First run: compiling the contact kernels, once, for some seconds ...", error=True)
+    """Say so if kernels have to be compiled for more than two seconds."""
+    if not quiet:
+        tell_of_compiling(lambda: say("Compiling kernels for this kind of hand, object and law, once ...", error=True))
 
 
 def note_incomplete(*recordings: Recording) -> None:

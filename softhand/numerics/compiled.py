@@ -69,11 +69,6 @@ def kernels_of(module: str) -> Path:
     return own_folder(f"{module.rpartition('.')[2]}-{_digest(module)}")
 
 
-def is_first_run() -> bool:
-    """True while no kernel is on disk, so that the first run will spend some seconds on compiling."""
-    return not any(kernels_of("contact.layer").rglob("*.nbc"))
-
-
 @contextmanager
 def kernel_folder(module: str) -> Iterator[None]:
     """Decorate inside this context to keep what numba compiles for a module, by its `__name__`."""

@@ -23,7 +23,9 @@ import numba
 import platformdirs
 from llvmlite import binding as llvm
 from numba.core import caching, ccallback, dispatcher
-from numba.core.runtime import _nrt_python
+from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
+
+from softhand.numerics.waiting import compiling
 
 _DIGEST = 32  # bytes
 
@@ -126,6 +128,7 @@ class Keeper(caching._Cache):
         try:
             data = self._file.load(self._key(sig, target_context))
             if data is None:
+                compiling()
                 return None
             _provide_run_time()
             return self._kind.rebuild(self, target_context, data)

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 from llvmlite import binding as llvm
-from numba.core import compiler, sigutils, types, typing
+from numba.core import compiler, config, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
@@ -25,8 +25,8 @@ class _Flags(compiler.Flags):
     """Options of a compilation, as numba's; but numba compares them 160,000 times, and takes a quarter of its time."""
 
     __slots__ = ()
-    _defaults = {name: option.default for name, option in compiler.Flags.options.items()}
-    _hash = hash(compiler.Flags())
+    _defaults: ClassVar = {name: option.default for name, option in compiler.Flags.options.items()}
+    _hash: ClassVar = hash(compiler.Flags())
 
     def __hash__(self) -> int:
         return self._hash
@@ -126,6 +126,8 @@ def _rebuilt(context: Any, library: Any, description: Any, environment: Any, sig
 class Kernel(CPUDispatcher):
     """A function of numba that other kernels take in as a part."""
 
+    _compiler: Any
+
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self._parts: dict[Any, Any] = {}
@@ -165,20 +167,21 @@ class Kernel(CPUDispatcher):
         return result
 
     def _translate(self, args: Any) -> Any:
-        flags = _Flags()
+        flags: Any = _Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-        library = _Part(self.targetctx.codegen(), self.py_func.__qualname__)
+        context: Any = self.targetctx
+        library = _Part(context.codegen(), self.py_func.__qualname__)
         library.enable_object_caching()
         return compiler.compile_extra(
-            self.typingctx, self.targetctx, self.py_func, args, None, flags, self.locals, library,
+            self.typingctx, context, self.py_func, args, None, flags, self.locals, library,
             self._compiler.pipeline_class,
         )  # fmt: skip
 
 
 def kernel(function: Any, folder: Path, **options: Any) -> Any:
     """As `numba.njit` with these options, kept in a folder."""
-    if os.environ.get("SOFTHAND_LINKED") == "0" or numba.config.DISABLE_JIT:
+    if os.environ.get("SOFTHAND_LINKED") == "0" or getattr(config, "DISABLE_JIT", False):
         with kept_in(folder):
             return numba.njit(cache=True, **options)(function)
     made = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, **options})
