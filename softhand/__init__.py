@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.errors import RecordingError as RecordingError
     from softhand.errors import RolloutStopped as RolloutStopped
     from softhand.errors import ScenarioError as ScenarioError
+    from softhand.errors import ScenarioWarning as ScenarioWarning
     from softhand.errors import SimulationStopped as SimulationStopped
     from softhand.errors import SofthandError as SofthandError
     from softhand.export.writing import read_mcap as read_mcap
@@ -111,6 +112,7 @@ _HOMES = {
         "RecordingError",
         "RolloutStopped",
         "ScenarioError",
+        "ScenarioWarning",
         "SimulationStopped",
         "SofthandError",
     ),
@@ -143,7 +145,7 @@ _MODULES = {
 }
 _MEANT = {"run": "simulate", "plot": "draw_run", "open": "load_recording", "read": "load_recording"}
 
-__all__ = sorted({*_HOME, *_MODULES})
+__all__ = sorted({*_HOME, "blocks"})
 
 
 def _find(name: str) -> Any:
@@ -157,7 +159,7 @@ def _find(name: str) -> Any:
 def _hint(name: str) -> str:
     plugins = import_module("softhand.plugins")
     inside = [f"{kind}.{member}" for kind in plugins.SHIPPED for member in plugins.classes(kind)]
-    hint: str = import_module("softhand.settings.guesses").did_you_mean(_MEANT.get(name, name), [*__all__, *inside])
+    hint: str = import_module("softhand.settings.guesses").did_you_mean(_MEANT.get(name, name), [*__dir__(), *inside])
     return hint
 
 
@@ -166,4 +168,4 @@ if not TYPE_CHECKING:  # or else editors take any name for a right one
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*_HOME, *_MODULES})

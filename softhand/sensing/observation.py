@@ -388,7 +388,8 @@ class Observation:
 
 def _names() -> list[str]:
     """All that an observation can be asked for."""
-    return [name for name in (*FIELDS, *SPANS, *ALIASES, *vars(Observation)) if not name.startswith("_")]
+    known = (*Observation.__annotations__, *vars(Observation), *ALIASES)
+    return [name for name in known if not name.startswith("_")]
 
 
 def _read_only(array: Array) -> Array:
