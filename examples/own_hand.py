@@ -39,7 +39,7 @@ def main():
         file = Path(folder, "claw.urdf")
         file.write_text(urdf())
         tips = [{"name": side, "frame": f"{side}_end", "position": [0.05, 0.0, 0.0]} for side in AROUND]
-        scenario = softhand.load_scenario("can").with_values({
+        scenario = softhand.load_scenario("can").replace({
             "hand": {"urdf": str(file), "tips": tips},
             "fingertip": {"law": "conservative", "radius": 0.010, "friction": 0.6},
             "object.position": [0.0, 0.0, 0.095],

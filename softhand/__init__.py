@@ -11,58 +11,80 @@ Names are imported when they are first used, so that the command line starts at 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from softhand.analysis.energy import Ledger, energy_ledger
-    from softhand.analysis.summary import Summary, summarize
-    from softhand.assembly.build import build, simulate
-    from softhand.batch.rollout import rollout
-    from softhand.batch.runs import Runs
-    from softhand.checks.check import check
-    from softhand.closed_loop.linearize import LinearModel, linearize
-    from softhand.closed_loop.lyapunov import Lyapunov, lyapunov
-    from softhand.closed_loop.stability import Stability, stability
-    from softhand.controllers import blocks
-    from softhand.controllers.controller import Controller
-    from softhand.dampings.damping import Damping
-    from softhand.errors import (
-        BrowserError,
-        ControllerError,
-        GraspError,
-        LawError,
-        ModelError,
-        RecordingError,
-        RolloutStopped,
-        ScenarioError,
-        SimulationStopped,
-        SofthandError,
-    )
-    from softhand.export.writing import read_mcap, write_mcap, write_rrd
-    from softhand.grasping.placement import Placement, place_object
-    from softhand.grasping.proposals import Proposal, Proposals, propose_grasps
-    from softhand.grasping.quality import GraspQuality, grasp_quality
-    from softhand.grasping.workspace import Workspace, workspace
-    from softhand.identification.identify import Identification, identify
-    from softhand.laws.law import Law
-    from softhand.plant.plant import Plant
-    from softhand.plant.state import State
-    from softhand.plots.run import draw_run
-    from softhand.plots.style import save_figure
-    from softhand.recording.recording import Recording, load_recording
-    from softhand.references.goal import Goal
-    from softhand.references.reference import Reference
-    from softhand.scenario.file import scenario_names
-    from softhand.scenario.scenario import Scenario, load_scenario
-    from softhand.sensing.observation import Observation
-    from softhand.simulation.pushes import Push
-    from softhand.simulation.simulation import Simulation
-    from softhand.steppers.stepper import Integration, Stepper
-    from softhand.studies.compare import compare
-    from softhand.version import __version__
-    from softhand.viewer.live.replay import view
-    from softhand.viewer.live.viewer import Viewer
-    from softhand.viewer.meshcat.viewer import MeshcatViewer
-    from softhand.viewer.report.film import write_film
-    from softhand.viewer.report.report import write_report
+if TYPE_CHECKING:  # for editors; `as` says that a name is public
+    from softhand import controllers as controllers
+    from softhand import dampings as dampings
+    from softhand import laws as laws
+    from softhand import references as references
+    from softhand import steppers as steppers
+    from softhand.analysis.energy import Ledger as Ledger
+    from softhand.analysis.energy import energy_ledger as energy_ledger
+    from softhand.analysis.summary import Summary as Summary
+    from softhand.analysis.summary import summarize as summarize
+    from softhand.assembly.build import build as build
+    from softhand.assembly.build import simulate as simulate
+    from softhand.batch.rollout import rollout as rollout
+    from softhand.batch.runs import Runs as Runs
+    from softhand.checks.check import check as check
+    from softhand.closed_loop.linearize import LinearModel as LinearModel
+    from softhand.closed_loop.linearize import linearize as linearize
+    from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
+    from softhand.closed_loop.lyapunov import lyapunov as lyapunov
+    from softhand.closed_loop.stability import Stability as Stability
+    from softhand.closed_loop.stability import stability as stability
+    from softhand.controllers import blocks as blocks
+    from softhand.controllers.controller import Controller as Controller
+    from softhand.dampings.damping import Damping as Damping
+    from softhand.errors import BrowserError as BrowserError
+    from softhand.errors import ControllerError as ControllerError
+    from softhand.errors import GraspError as GraspError
+    from softhand.errors import LawError as LawError
+    from softhand.errors import ModelError as ModelError
+    from softhand.errors import RecordingError as RecordingError
+    from softhand.errors import RolloutStopped as RolloutStopped
+    from softhand.errors import ScenarioError as ScenarioError
+    from softhand.errors import ScenarioWarning as ScenarioWarning
+    from softhand.errors import SimulationStopped as SimulationStopped
+    from softhand.errors import SofthandError as SofthandError
+    from softhand.export.writing import read_mcap as read_mcap
+    from softhand.export.writing import write_mcap as write_mcap
+    from softhand.export.writing import write_rrd as write_rrd
+    from softhand.grasping.placement import Placement as Placement
+    from softhand.grasping.placement import place_object as place_object
+    from softhand.grasping.proposals import Proposal as Proposal
+    from softhand.grasping.proposals import Proposals as Proposals
+    from softhand.grasping.proposals import propose_grasps as propose_grasps
+    from softhand.grasping.quality import GraspQuality as GraspQuality
+    from softhand.grasping.quality import grasp_quality as grasp_quality
+    from softhand.grasping.workspace import Workspace as Workspace
+    from softhand.grasping.workspace import workspace as workspace
+    from softhand.identification.identify import Identification as Identification
+    from softhand.identification.identify import identify as identify
+    from softhand.laws.law import Law as Law
+    from softhand.plant.plant import Plant as Plant
+    from softhand.plant.state import State as State
+    from softhand.plots.run import draw_run as draw_run
+    from softhand.plots.style import save_figure as save_figure
+    from softhand.recording.recording import Recording as Recording
+    from softhand.recording.recording import load_recording as load_recording
+    from softhand.references.goal import Goal as Goal
+    from softhand.references.reference import Reference as Reference
+    from softhand.scenario.file import scenario_names as scenario_names
+    from softhand.scenario.file import scenarios as scenarios
+    from softhand.scenario.scenario import Scenario as Scenario
+    from softhand.scenario.scenario import load_scenario as load_scenario
+    from softhand.sensing.observation import Observation as Observation
+    from softhand.simulation.pushes import Push as Push
+    from softhand.simulation.simulation import Simulation as Simulation
+    from softhand.steppers.stepper import Integration as Integration
+    from softhand.steppers.stepper import Stepper as Stepper
+    from softhand.studies.compare import compare as compare
+    from softhand.version import __version__ as __version__
+    from softhand.viewer.live.replay import view as view
+    from softhand.viewer.live.viewer import Viewer as Viewer
+    from softhand.viewer.meshcat.viewer import MeshcatViewer as MeshcatViewer
+    from softhand.viewer.report.film import write_film as write_film
+    from softhand.viewer.report.report import write_report as write_report
 
 _HOMES = {
     "grasping.quality": ("GraspQuality", "grasp_quality"),
@@ -79,7 +101,6 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
-    "controllers": ("blocks",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
     "errors": (
@@ -91,6 +112,7 @@ _HOMES = {
         "RecordingError",
         "RolloutStopped",
         "ScenarioError",
+        "ScenarioWarning",
         "SimulationStopped",
         "SofthandError",
     ),
@@ -102,7 +124,7 @@ _HOMES = {
     "recording.recording": ("Recording", "load_recording"),
     "references.goal": ("Goal",),
     "scenario.scenario": ("Scenario", "load_scenario"),
-    "scenario.file": ("scenario_names",),
+    "scenario.file": ("scenario_names", "scenarios"),
     "sensing.observation": ("Observation",),
     "simulation.pushes": ("Push",),
     "simulation.simulation": ("Simulation",),
@@ -117,17 +139,33 @@ _HOMES = {
     "viewer.meshcat.viewer": ("MeshcatViewer",),
 }
 _HOME = {name: f"softhand.{home}" for home, names in _HOMES.items() for name in names}
+_MODULES = {
+    "blocks": "softhand.controllers.blocks",
+    **{kind: f"softhand.{kind}" for kind in ("controllers", "dampings", "laws", "references", "steppers")},
+}
+_MEANT = {"run": "simulate", "plot": "draw_run", "open": "load_recording", "read": "load_recording"}
 
-__all__ = sorted(_HOME)
+__all__ = sorted({*_HOME, "blocks"})
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'softhand' has no attribute {name!r}")
-    if name == "blocks":  # a module
-        return import_module("softhand.controllers.blocks")
-    return getattr(import_module(_HOME[name]), name)
+def _find(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(_MODULES[name])
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'softhand' has no attribute {name!r}{_hint(name)}")
+
+
+def _hint(name: str) -> str:
+    plugins = import_module("softhand.plugins")
+    inside = [f"{kind}.{member}" for kind in plugins.SHIPPED for member in plugins.classes(kind)]
+    hint: str = import_module("softhand.settings.guesses").did_you_mean(_MEANT.get(name, name), [*__dir__(), *inside])
+    return hint
+
+
+if not TYPE_CHECKING:  # or else editors take any name for a right one
+    __getattr__ = _find
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*_HOME, *_MODULES})

@@ -108,3 +108,7 @@ class MissingArrayError(RecordingError, AttributeError, KeyError):
 
 class BrowserError(SofthandError):
     """Chromium is missing, does not start or does not answer, or a page in it failed."""
+
+
+class ScenarioWarning(UserWarning):
+    """A scenario runs, but not as it is meant: `softhand.simulate` warns so, `softhand.check` says more."""

@@ -15,7 +15,7 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -25,6 +25,7 @@ from typing import Any
 
 from softhand.errors import ScenarioError
 from softhand.settings.failures import failure
+from softhand.settings.guesses import did_you_mean
 from softhand.settings.wording import nearest
 
 SHIPPED: dict[str, dict[str, str]] = {
@@ -76,6 +77,25 @@ _BASES = {
     "references": "softhand.references.reference:Reference",
     "steppers": "softhand.steppers.stepper:Stepper",
 }
+
+
+def classes(kind: str) -> dict[str, str]:
+    """Where the classes of a kind that ship are, by their names, its base first: `Law`, `Nakashima`, ..."""
+    return {target.rpartition(":")[2]: target for target in (_BASES[kind], *SHIPPED[kind].values())}
+
+
+def attributes(kind: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of the package of a kind: its classes, each imported when it is asked for."""
+    named = classes(kind)
+
+    def find(name: str) -> Any:
+        if name not in named:
+            hint = did_you_mean(name, named) or f"; there are: {', '.join(named)}"
+            raise AttributeError(f"module 'softhand.{kind}' has no attribute {name!r}{hint}")
+        return _load(named[name])
+
+    return find, lambda: list(named)
+
 
 _files: list[Path] = []
 _from_files: dict[str, dict[str, type[Any]]] = {kind: {} for kind in SHIPPED}

@@ -103,7 +103,7 @@ def test_round_trip_of_any_values(
 ) -> None:
     """Any numbers, parameters and texts survive writing and reading."""
     scenario = TARGET_A.with_values(
-        {"object.position": position, "controller.extra": parameter, "description": description}
+        {"object.position": position, "controller": {"name": "mine", "extra": parameter}, "description": description}
     )
     file = written(tmp_path_factory.mktemp("round"), scenario.to_toml())
     assert load_scenario(file) == scenario
@@ -117,7 +117,7 @@ def test_none_is_left_out_of_the_file() -> None:
 def test_what_toml_cannot_hold_is_refused_when_writing() -> None:
     """A parameter that is no TOML value gives a ScenarioError when the scenario is written."""
     with pytest.raises(ScenarioError, match="cannot be written as TOML"):
-        TARGET_A.with_values({"controller.model": object()}).to_toml()
+        TARGET_A.with_values({"controller": {"name": "mine", "model": object()}}).to_toml()
 
 
 def test_with_values_leaves_the_original() -> None:

@@ -54,7 +54,7 @@ for error in softhand.check("broken.urdf").errors:
 # where they touch it. We take the one with the can and put our hand into it.
 
 # %%
-scenario = softhand.load_scenario("can").with_values(
+scenario = softhand.load_scenario("can").replace(
     {
         "hand": {
             "urdf": str(Path("claw.urdf").resolve()),

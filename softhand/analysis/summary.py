@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand.numerics.rotations import turns_between
+from softhand.numerics.table import html_table
 from softhand.recording.events import Event, find_events
 from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
@@ -14,7 +15,7 @@ from softhand.recording.recording import Recording
 _ROUNDED = 1e-9  # a tip that slips is on the limit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """How a run ended and what it used.
 
@@ -56,6 +57,13 @@ class Summary:
     lost_contact: dict[str, float]
     steps_per_second: float
     real_time_factor: float
+
+    def __repr__(self) -> str:
+        return f"<Summary: {', '.join(f'{label} {value}' for label, value in self.rows())}>"
+
+    def _repr_html_(self) -> str:
+        """The table of the command, for a notebook."""
+        return html_table("Summary", (), self.rows(), self.warnings())
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""

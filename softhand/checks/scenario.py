@@ -12,7 +12,6 @@ import numpy as np
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.checks.target import doubts_of_target
-from softhand.checks.values import list_values
 from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
@@ -27,6 +26,7 @@ from softhand.plant.state import State
 from softhand.plugins import find_plugin
 from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario
+from softhand.scenario.values import list_values
 from softhand.sensing.observation import Observation
 from softhand.simulation.simulation import Simulation
 

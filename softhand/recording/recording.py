@@ -6,31 +6,35 @@ reads back bit for bit.
 
 from __future__ import annotations
 
-import csv
 import io
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
+from functools import partial
 from importlib import import_module
-from itertools import product
-from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softhand.errors import MissingArrayError, RecordingError
 from softhand.numerics.arrays import AnyArray
+from softhand.numerics.table import folded, html_table
 from softhand.recording.reading import RESERVED, read_fields
 from softhand.recording.units import units_along
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
 from softhand.recording.whole_file import fill_whole, write_whole
+from softhand.settings.guesses import did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 Attribute = float | int | str
 _IN_MEMORY = 20_000_000  # bytes of a recording that is put together in memory before it is written
-_TITLE = "softhand: recording of a run"
-_REPORT, _EXPORT = "softhand.viewer.report.report", "softhand.export.writing"  # by name, since they lie far above
+_ENCODING = "softhand.recording.encoding"  # by name, this and the following, since they know recordings
+_REPORT, _EXPORT = "softhand.viewer.report.report", "softhand.export.writing"
+_FIGURE, _SUMMARY = "softhand.plots", "softhand.analysis.summary"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,14 +78,18 @@ class Recording:
         try:
             return self.variables[name]
         except KeyError:
-            raise MissingArrayError(f"no array {name!r} in this recording; {_suggest(name, self.variables)}") from None
+            raise MissingArrayError(f"no array {name!r} in this recording{_suggest(name, self.variables)}") from None
 
     def __getattr__(self, name: str) -> AnyArray:
         variables = self.__dict__.get("variables", {})  # not there yet while a copy is being unpickled
         if name in variables:
             array: AnyArray = variables[name]
             return array
-        raise MissingArrayError(f"no array or attribute {name!r} in this recording; {_suggest(name, variables)}")
+        hint = _suggest(name, variables, [known for known in dir(type(self)) if not known.startswith("_")])
+        raise MissingArrayError(f"no array or attribute {name!r} in this recording{hint}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.variables]
 
     def __len__(self) -> int:
         return len(self.variables["time"])
@@ -90,6 +98,18 @@ class Recording:
         end = "complete" if self.complete else f"incomplete: {self.reason}"
         contacts = len(self.labels.get("contact", ()))
         return f"<Recording: {self.stop_time:g} s, {len(self)} samples, {contacts} contacts, {end}>"
+
+    def _repr_html_(self) -> str:
+        """How the run ended, and its arrays behind a line to be opened, for a notebook."""
+        ends = "reached its duration" if self.complete else f"ended early: {self.reason}"
+        rows = [("run", f"{self.stop_time:g} s, {len(self)} samples; it {ends}")]
+        rows += [(f"{dim}s", ", ".join(names)) for dim, names in self.labels.items() if dim != "velocity" and names]
+        arrays = [
+            (name, str(array.shape), ", ".join(self.units(name)), VARIABLES[name].long_name)
+            for name, array in self.variables.items()
+        ]
+        inside = html_table("", ("array", "shape", "unit", "meaning"), arrays)
+        return html_table("Recording", (), rows) + folded(f"{len(arrays)} arrays", inside)
 
     def units(self, name: str) -> tuple[str, ...]:
         """Unit of an array, or one for each place along its last dimension where they differ.
@@ -109,9 +129,9 @@ class Recording:
         """
         size = sum(array.nbytes for array in self.variables.values())
         if size <= _IN_MEMORY:
-            write_whole(Path(path), lambda: _to_netcdf(self))
+            write_whole(Path(path), lambda: import_module(_ENCODING).to_netcdf(self))
         else:
-            fill_whole(Path(path), lambda partial: _write_netcdf(self, partial), size)
+            fill_whole(Path(path), lambda partial: import_module(_ENCODING).write_netcdf(self, partial), size)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one row a sample, with columns such as `object_position_x_m`, whole or not at all.
@@ -124,7 +144,31 @@ class Recording:
         Raises:
             RecordingError: the file cannot be written.
         """
-        write_whole(Path(path), lambda: _to_csv(self))
+        write_whole(Path(path), lambda: import_module(_ENCODING).to_csv(self))
+
+    def to_xarray(self) -> Dataset:
+        """As an `xarray.Dataset`, equal to what xarray reads from a saved file: dimensions, labels, units.
+
+        Raises:
+            SofthandError: xarray is not installed.
+        """
+        dataset: Dataset = import_module(_ENCODING).to_dataset(self)
+        return dataset
+
+    def plot(self) -> Figure:
+        """The figure of the run, by `softhand.draw_run`. A notebook shows it, `softhand.save_figure` writes it.
+
+        Raises:
+            RecordingError: an array that the figure shows is not in the recording.
+        """
+        figure: Figure = import_module(_FIGURE).draw_run(self)
+        # without pyplot, nobody else tells a notebook how to show it
+        figure._repr_png_ = partial(_as_png, figure)  # type: ignore[attr-defined]
+        return figure
+
+    def summary(self) -> Any:
+        """The figures that one looks at first: `softhand.summarize`."""
+        return import_module(_SUMMARY).summarize(self)
 
     def to_html(self, path: str | os.PathLike[str], *others: Recording) -> None:
         """Write a report, one HTML file with film, curves and numbers that works offline; see `softhand.write_report`.
@@ -197,9 +241,14 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     return Recording.load(Path(path) / "run.nc" if Path(path).is_dir() else path)
 
 
-def _suggest(name: str, names: Iterable[str]) -> str:
-    nearest = get_close_matches(name, names, n=1)
-    return f"did you mean {nearest[0]!r}?" if nearest else f"there are: {', '.join(names)}"
+def _as_png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    return buffer.getvalue()
+
+
+def _suggest(name: str, names: Iterable[str], others: Iterable[str] = ()) -> str:
+    return did_you_mean(name, [*names, *others]) or f"; there are: {', '.join(names)}"
 
 
 def _labels_of(dim: str, labels: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
@@ -210,10 +259,10 @@ def _checked_variables(variables: Mapping[str, Any], labels: Mapping[str, tuple[
     """Return the arrays in the dtype of the table; refuse names and shapes that table and labels do not give."""
     for name in variables:
         if name not in VARIABLES:
-            raise RecordingError(f"unknown variable {name!r}; {_suggest(name, VARIABLES)}")
+            raise RecordingError(f"unknown variable {name!r}{_suggest(name, VARIABLES)}")
     for dim in labels:
         if dim not in LABELLED_DIMS:
-            raise RecordingError(f"labels for unknown dimension {dim!r}; {_suggest(dim, LABELLED_DIMS)}")
+            raise RecordingError(f"labels for unknown dimension {dim!r}{_suggest(dim, LABELLED_DIMS)}")
     if "time" not in variables:
         raise RecordingError("a recording needs the variable 'time'")
     samples = np.size(variables["time"])
@@ -240,58 +289,3 @@ def _checked_attributes(attributes: Mapping[str, Any]) -> dict[str, Attribute]:
         if not isinstance(value, (float, int, str)):
             raise RecordingError(f"attribute {name!r} is a {type(value).__name__}; allowed are float, int and str")
     return {name: int(value) if isinstance(value, bool) else value for name, value in plain.items()}
-
-
-def _to_netcdf(recording: Recording) -> bytes:
-    """Encode the recording as NetCDF-4.
-
-    Built in memory: a full disk then fails in one plain write, where HDF5 would be left with a file it cannot close.
-    Not compressed: deflate with shuffle takes 45 % longer and saves a fifth.
-    """
-    buffer = io.BytesIO()
-    _write_netcdf(recording, buffer)
-    return buffer.getvalue()
-
-
-def _write_netcdf(recording: Recording, target: Path | io.BytesIO) -> None:
-    # Imported here, since HDF5 takes 0.1 s to load and most commands do without.
-    import h5netcdf
-    import h5py
-
-    used = {dim for name in recording.variables for dim in VARIABLES[name].dims[1:]}
-    labels = {**recording.labels, **{dim: names for dim, names in COMPONENTS.items() if dim in used}}
-    with h5netcdf.File(target, "w") as file:
-        file.attrs.update(title=_TITLE, softhand_version=recording.version, scenario=recording.scenario)
-        file.attrs.update(complete=int(recording.complete), reason=recording.reason)
-        file.attrs.update(stop_time=float(recording.stop_time), **recording.attributes)
-        file.attrs.update(hand_urdf=recording.hand_urdf, object_urdf=recording.object_urdf)
-        file.dimensions = {"time": len(recording), **{dim: len(names) for dim, names in labels.items()}}
-        for dim, names in labels.items():
-            variable = file.create_variable(dim, (dim,), data=np.array(names, h5py.string_dtype()))
-            variable.attrs["long_name"] = f"label along {dim}"
-        for name, array in recording.variables.items():
-            variable = file.create_variable(name, VARIABLES[name].dims, data=array)
-            units = recording.units(name)
-            key, value = ("units", units[0]) if len(units) == 1 else ("component_units", list(units))
-            variable.attrs.update({key: value, "long_name": VARIABLES[name].long_name})
-
-
-def _to_csv(recording: Recording) -> bytes:
-    """Encode the recording as CSV, each float as the shortest text that reads back the same."""
-    header = [column for name in recording.variables for column in _columns(name, recording)]
-    samples = len(recording)
-    columns = [
-        c for array in recording.variables.values() for c in array.reshape(samples, prod(array.shape[1:])).T.tolist()
-    ]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(zip(*columns, strict=True))
-    return text.getvalue().encode()
-
-
-def _columns(name: str, recording: Recording) -> list[str]:
-    """Name the columns of one variable: its name, the label along each dimension, and the unit."""
-    units = [unit.replace("/", "_per_").replace(" ", "_") for unit in recording.units(name)]
-    cells = product(*(_labels_of(dim, recording.labels) for dim in VARIABLES[name].dims[1:]))
-    return ["_".join((name, *cell, units[i % len(units)])).removesuffix("_1") for i, cell in enumerate(cells)]

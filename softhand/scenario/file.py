@@ -23,6 +23,11 @@ def scenario_names() -> list[str]:
     return sorted(file.stem for file in (_PACKAGE / "scenarios").glob("*.toml"))
 
 
+def scenarios() -> dict[str, str]:
+    """The scenarios that ship with softhand: what each is about, by name."""
+    return {name: str(read_toml(find_scenario(name)).get("description", "")) for name in scenario_names()}
+
+
 def resolve_path(urdf: str) -> Path:
     """Return the file that a scenario names: a path, or `package://NAME/PATH`, see `packages.package_file`.
 

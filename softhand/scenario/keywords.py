@@ -34,11 +34,41 @@ def full_keys(values: Mapping[str, Any], table: Mapping[str, Any], model: type[B
         ScenarioError: no key ends so, or several do; names them.
     """
     keys: dict[str, list[str]] = {}
-    for key in [*_keys(table, model, ""), *_plugin_keys(table, model)] if values else ():
-        named = keys.setdefault(key.rpartition(".")[2], [])
-        if key not in named:
-            named.append(key)
+    for key in all_keys(table, model) if values else ():
+        keys.setdefault(key.rpartition(".")[2], []).append(key)
     return {_the_one(word, value, keys): value for word, value in values.items()}
+
+
+def all_keys(table: Mapping[str, Any], model: type[BaseModel]) -> list[str]:
+    """All dotted keys that a scenario has or may have, those of its plugins too, each once."""
+    return list(dict.fromkeys([*_keys(table, model, ""), *_plugin_keys(table, model)]))
+
+
+def check_plugin_keys(values: Mapping[str, Any], table: Mapping[str, Any], model: type[BaseModel]) -> None:
+    """Refuse keys such as `fingertip.frction`, which neither the section nor its plugin has.
+
+    Args:
+        values: by dotted key, what is put over a scenario.
+        table: the scenario with them.
+        model: class of the scenario.
+
+    Raises:
+        ScenarioError: with the nearest key.
+    """
+    for key, value in values.items():
+        section, _, name = key.partition(".")
+        if section not in _PLUGINS or not name or "." in name:
+            continue
+        of_plugin = [own for own in _plugin_keys(table, model) if own.startswith(f"{section}.")]
+        of_section = model.model_fields[section].annotation
+        if of_plugin and is_table(of_section) and key not in of_plugin and name not in of_section.model_fields:
+            known = {**of_section.model_fields, **{own.partition(".")[2]: None for own in of_plugin}}
+            near = nearest(name, known)
+            hint = f" Did you mean {section}.{near}?" if near else ""
+            message = (
+                f"{key}: unknown key (with value {show(value)}).{hint} Valid keys in {section}: {', '.join(known)}."
+            )
+            raise ScenarioError(message, key=key, value=value)
 
 
 def _the_one(word: str, value: Any, keys: Mapping[str, list[str]]) -> str:

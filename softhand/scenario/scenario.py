@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 from pydantic import model_validator
 
 from softhand.errors import ScenarioError
+from softhand.numerics.table import folded, html_table
 from softhand.scenario.agreement import check_counts, check_opening, check_times, check_tips
 from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
-from softhand.scenario.keywords import full_keys
+from softhand.scenario.keywords import all_keys, check_plugin_keys, full_keys
 from softhand.scenario.task import (
     ControllerSection,
     GraspSection,
@@ -25,11 +28,13 @@ from softhand.scenario.task import (
 )
 from softhand.settings.settings import Positive, Settings, Vector3, read_settings
 
+_VALUES = "softhand.scenario.values"  # by name, since it knows scenarios
+
 
 class Scenario(Settings):
     """All that one run needs, in SI units.
 
-    Make one with `load_scenario`, change it with `with_values`.
+    Make one with `load_scenario`, change it with `replace`.
     """
 
     description: str = ""
@@ -71,17 +76,24 @@ class Scenario(Settings):
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
         return self
 
-    def with_values(self, values: Mapping[str, Any]) -> Scenario:
+    def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
         """Return a checked copy with some values changed.
 
+            slippery = scenario.replace({"fingertip.friction": 0.3}, mass=0.25)
+
         Args:
-            values: dotted keys and values. A section's name as key replaces the whole section. None removes a key,
-                so that its default holds. Paths are relative to the current folder.
+            overrides: dotted keys and values, as after `--set`. A section's name as key replaces the whole section.
+                None removes a key, so that its default holds. Paths are relative to the current folder.
+            values: the same by the last part of the key, where there is only one such key: `mass=0.3` is `object.mass`.
 
         Raises:
             ScenarioError: a key or value is wrong, or the sections no longer agree.
         """
-        return read_settings(Scenario, overridden(self.model_dump(exclude_none=True), values), "")
+        return _changed(self.model_dump(exclude_none=True), overrides, values)
+
+    def with_values(self, values: Mapping[str, Any]) -> Scenario:
+        """`replace`, by dotted keys alone."""
+        return self.replace(values)
 
     def to_toml(self) -> str:
         """Return the scenario as the text of a TOML file; reading it gives an equal scenario."""
@@ -89,6 +101,34 @@ class Scenario(Settings):
             return tomli_w.dumps(self.model_dump(exclude_none=True))
         except TypeError as error:
             raise ScenarioError(f"The scenario cannot be written as TOML: {error}.", key="", value=self) from error
+
+    def __repr__(self) -> str:
+        told = (self.description, *(f"{name} {value}" for name, value in self._chosen()))
+        return f"<Scenario: {', '.join(filter(None, told))}>"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """What is chosen, and every value with its unit behind a line to be opened, for a notebook."""
+        try:
+            rows = import_module(_VALUES).list_values(self, np.array([False, True]))
+        except ScenarioError as error:  # a plugin that nobody knows
+            return html_table(f"Scenario: {self.description}", (), self._chosen(), [str(error)])
+        above = html_table(f"Scenario: {self.description}", (), self._chosen())
+        return above + folded(f"{len(rows)} values", html_table("", ("key", "value", "unit"), rows))
+
+    def _chosen(self) -> list[tuple[str, str]]:
+        return [
+            ("tips", ", ".join(self.hand.names)),
+            ("law", self.fingertip.law),
+            ("controller", self.controller.name),
+            ("reference", self.reference.kind),
+            ("stepper", self.stepper.name),
+            ("duration", f"{self.duration:g} s"),
+        ]
+
+    def _names(self) -> list[str]:
+        return [*super()._names(), *all_keys(self.model_dump(exclude_none=True), Scenario)]
 
 
 def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
@@ -105,7 +145,7 @@ def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None
     file = find_scenario(source)
     table = with_absolute_paths(read_toml(file), file.parent)
     try:
-        return read_settings(Scenario, _changed(table, overrides, values), "")
+        return _changed(table, overrides, values)
     except ScenarioError as error:
         gap = "\n" if "\n" in str(error) else " "
         raise ScenarioError(f"Scenario {source}:{gap}{error}", **error.__dict__) from error
@@ -117,14 +157,15 @@ def as_scenario(source: Scenario | str | Path, overrides: Mapping[str, Any] | No
         return load_scenario(source, overrides, **values)
     if not (overrides or values):
         return source
-    return read_settings(Scenario, _changed(source.model_dump(exclude_none=True), overrides, values), "")
+    return source.replace(overrides, **values)
 
 
-def _changed(
-    table: Mapping[str, Any], overrides: Mapping[str, Any] | None, values: Mapping[str, Any]
-) -> dict[str, Any]:
+def _changed(table: Mapping[str, Any], overrides: Mapping[str, Any] | None, values: Mapping[str, Any]) -> Scenario:
     changed = overridden(table, overrides or {})
-    return overridden(changed, full_keys(values, changed, Scenario))
+    changed = overridden(changed, full_keys(values, changed, Scenario))
+    scenario = read_settings(Scenario, changed, "")
+    check_plugin_keys(overrides or {}, changed, Scenario)
+    return scenario
 
 
 def with_law(scenario: Scenario, name: str, parameters: Mapping[str, Any] | None = None) -> Scenario:

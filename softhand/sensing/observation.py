@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from softhand.numerics.spatial import cross_matrix
 from softhand.references.reference import Desired
 from softhand.sensing.fields import ALIASES, FIELDS, SPANS, fields
 from softhand.sensing.known import Known
-from softhand.settings.wording import nearest
+from softhand.settings.guesses import did_you_mean
 
 
 class Observation:
@@ -29,27 +29,27 @@ class Observation:
     """
 
     time: float
-    """[s]"""
+    """Time since the start of the run [s]."""
     clock: Array
-    """The time again, as compiled laws read it [s], shape (1,)."""
+    """The time since the start of the run, as compiled laws read it [s], shape (1,)."""
     configuration: Array
     """q of the rigid-body model, as in `State`, shape (nq,)."""
     joint_position: Array
-    """q_F [rad, m of a slide], shape (n,)."""
+    """q_F, joint angles [rad], travel of slides [m], shape (n,)."""
     joint_velocity: Array
-    """q_F' [rad/s, m/s], shape (n,)."""
+    """q_F', velocity of the joints [rad/s, m/s of a slide], shape (n,)."""
     gravity_torque: Array
     """N_F, what holds the hand against gravity [N m, N], shape (n,)."""
     object_position: Array
-    """Origin of the object frame [m], shape (3,)."""
+    """Origin of the object frame, in the world [m], shape (3,)."""
     object_rpy: Array
     """Roll, pitch, yaw of the object [rad], R = R_z(yaw) R_y(pitch) R_x(roll), shape (3,)."""
     object_coordinates: Array
     """q_O, position and roll, pitch, yaw together, shape (6,)."""
     object_rotation: Array
-    """Axes of the object frame as columns, shape (3, 3)."""
+    """Axes of the object frame as columns, in the world, shape (3, 3)."""
     object_twist: Array
-    """Velocity of the origin of the object frame [m/s], then angular velocity [rad/s], shape (6,)."""
+    """Velocity of the origin of the object frame [m/s], then angular velocity [rad/s], world axes, shape (6,)."""
     object_gravity: Array
     """Force [N], and moment about the origin of the object frame [N m], that hold the object, shape (6,)."""
     coordinate_map: Array
@@ -57,21 +57,21 @@ class Observation:
     N_O: Array
     """T_O^T object_gravity: gravity terms of the object in the coordinates q_O, shape (6,)."""
     tip_position: Array
-    """Centres of the hemispheres' flat faces [m], shape (nc, 3)."""
+    """Centres of the hemispheres' flat faces, in the world [m], shape (nc, 3)."""
     tip_rotation: Array
-    """Axes of the finger frames F, shape (nc, 3, 3)."""
+    """Axes of the finger frames F as columns, in the world, shape (nc, 3, 3)."""
     tip_jacobian: Array
-    """J_i, from q_F' to the velocity of `tip_position`, shape (nc, 3, n)."""
+    """J_i, from q_F' to the velocity of `tip_position`, world axes, shape (nc, 3, n)."""
     tip_angular_jacobian: Array
-    """From q_F' to the angular velocity of the tips, shape (nc, 3, n)."""
+    """From q_F' to the angular velocity of the tips, world axes, shape (nc, 3, n)."""
     contact_point: Array
-    """Contact points [m], shape (nc, 3)."""
+    """Contact points, in the world [m], shape (nc, 3)."""
     contact_rotation: Array
-    """Axes of the contact frames C_F (x_C, y_C, outward normal of the tip), shape (nc, 3, 3)."""
+    """Axes of the contact frames C_F (x_C, y_C, outward normal of the tip) in the world, shape (nc, 3, 3)."""
     contact_force: Array
     """f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4)."""
     contact_angles: Array
-    """Theta in (-pi, pi], Phi in [-pi/2, pi/2] [rad], shape (nc, 2)."""
+    """Of the contact on the tip, in F: Theta in (-pi, pi], Phi in [-pi/2, pi/2] [rad], shape (nc, 2)."""
     contact_coordinates: Array
     """eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad] of each contact, shape (nc, 5).
     theta - dtheta and psi + dpsi are in (-pi, pi]; so are angles about the axis of a curved object. In a recording they
@@ -84,27 +84,27 @@ class Observation:
     """dr [m], dtheta, dphi, dpsi [rad], or dr, s1, s2 [m], psi [rad] under a law in surface coordinates, (nc, 4).
     A recording has the angles s / R in place of s."""
     deformation_rate: Array
-    """Its rate, in slip at the mean slip of the last step, shape (nc, 4)."""
+    """Rate of `deformation`, in slip at the mean slip of the last step, shape (nc, 4)."""
     friction_use: Array
     """|f_t| / (mu f_z), 1 at the edge of the friction cone, shape (nc,)."""
     limit_surface_use: Array
-    """The same with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,)."""
+    """`friction_use` with torsion, sqrt{(|f_t| / (mu f_z))^2 + (tau / tau_max)^2}, shape (nc,)."""
     is_slipping: Array
     """1 where the last step slipped, shape (nc,)."""
     slip_travel: Array
     """Way that each tip has slipped since the start [m], shape (nc,)."""
     slip_twist: Array
-    """Angle that it has slipped about its normal [rad], shape (nc,)."""
+    """Angle that each tip has slipped about its normal [rad], shape (nc,)."""
     slip_loss: Array
-    """Work that its slip has lost [J], shape (nc,)."""
+    """Work that the slip of each tip has lost [J], shape (nc,)."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
     support_deformation: Array
     """Depth, shear [m] and torsion [rad] of each support, shape (ns, 4)."""
     support_point: Array
-    """Where each support touches, or touched last [m], shape (ns, 3)."""
+    """Where each support touches, or touched last, in the world [m], shape (ns, 3)."""
     support_rotation: Array
-    """As `contact_rotation`, shape (ns, 3, 3)."""
+    """As `contact_rotation`, of the supports, shape (ns, 3, 3)."""
     support_is_slipping: Array
     """1 where the last step slipped, shape (ns,)."""
     support_slip_loss: Array
@@ -122,23 +122,23 @@ class Observation:
     object_torsion_jacobian: Array
     """From `object_twist` to the spin of the object about the contact normals, shape (nc, 6)."""
     J_O_f: Array
-    """The former from q_O', as the paper has it: object_force_jacobian T_O, shape (3 nc, 6)."""
+    """From q_O', as the paper has it: object_force_jacobian T_O, shape (3 nc, 6)."""
     J_O_tau: Array
-    """The latter from q_O': object_torsion_jacobian T_O, shape (nc, 6)."""
+    """From q_O': object_torsion_jacobian T_O, shape (nc, 6)."""
     object_position_desired: Array
-    """First half of q_Od [m], shape (3,)."""
+    """First half of q_Od: the origin of the object frame that is asked for, in the world [m], shape (3,)."""
     object_rpy_desired: Array
-    """Second half of q_Od [rad], shape (3,)."""
+    """Second half of q_Od: roll, pitch, yaw that are asked for [rad], shape (3,)."""
     object_coordinates_desired: Array
-    """q_Od, shape (6,)."""
+    """q_Od, position [m] and roll, pitch, yaw [rad] that are asked for, shape (6,)."""
     object_coordinates_rate_desired: Array
-    """q_Od', shape (6,)."""
+    """q_Od' [m/s, rad/s], shape (6,)."""
     object_coordinates_acceleration_desired: Array
-    """q_Od'', shape (6,)."""
+    """q_Od'' [m/s^2, rad/s^2], shape (6,)."""
     object_twist_desired: Array
-    """Desired `object_twist`, shape (6,)."""
+    """Desired `object_twist` [m/s, rad/s], world axes, shape (6,)."""
     object_twist_rate_desired: Array
-    """Its rate [m/s^2, rad/s^2], shape (6,)."""
+    """Rate of `object_twist_desired` [m/s^2, rad/s^2], shape (6,)."""
     internal_force_desired: Array
     """f_Nd [N], shape (np,)."""
     opening_desired: Array
@@ -198,8 +198,7 @@ class Observation:
             self._must_be_own(name)
             self.__dict__[name][...] = value
         else:
-            near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
-            hint = f"; did you mean {near!r}?" if near else ""
+            hint = did_you_mean(name, [*FIELDS, *SPANS, *ALIASES])
             raise AttributeError(f"an observation has no field {name!r} that can be set{hint}")
 
     def _must_be_own(self, name: str) -> None:
@@ -214,11 +213,45 @@ class Observation:
         self.object_twist_desired, self.object_twist_rate_desired = desired.twist, desired.twist_rate
         self.opening_desired, self.carried_desired = desired.opening, desired.carried
 
-    def __getattr__(self, name: str) -> Any:
-        if name in ALIASES:
-            return getattr(self, ALIASES[name])
-        near = nearest(name, [*FIELDS, *SPANS, *ALIASES])
-        raise AttributeError(f"an observation has no {name!r}" + (f"; did you mean {near!r}?" if near else ""))
+    if TYPE_CHECKING:
+        # the letters of the paper; `__getattr__` is not told to editors, or they take any name for a field
+        q_F: Array
+        """`joint_position`"""
+        q_O: Array
+        """`object_coordinates`"""
+        q_O_rate: Array
+        """`object_coordinates_rate`"""
+        T_O: Array
+        """`coordinate_map`"""
+        eta: Array
+        """`contact_coordinates`"""
+        eta_rate: Array
+        """`contact_coordinates_rate`"""
+        f_N: Array
+        """`internal_force`"""
+        K: Array
+        """`internal_force_basis`"""
+        N_F: Array
+        """`gravity_torque`"""
+        J_CF: Array
+        """`hand_jacobian`"""
+        J_CF_f: Array
+        """`hand_force_jacobian`"""
+        J_CF_tau: Array
+        """`hand_torsion_jacobian`"""
+        M_F: Array
+        """`hand_mass_matrix`"""
+        velocity_terms_F: Array
+        """`hand_velocity_terms`"""
+    else:
+
+        def __getattr__(self, name: str) -> Any:
+            if name in ALIASES:
+                return getattr(self, ALIASES[name])
+            raise AttributeError(f"an observation has no {name!r}{did_you_mean(name, _names())}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *ALIASES]
 
     def __repr__(self) -> str:
         return f"<Observation at t = {self.time:g} s: {', '.join(FIELDS)}>"
@@ -351,6 +384,12 @@ class Observation:
         to_body = np.zeros((6, 6))
         to_body[:3, :3] = to_body[3:, 3:] = self.object_rotation.T
         return to_body
+
+
+def _names() -> list[str]:
+    """All that an observation can be asked for."""
+    known = (*Observation.__annotations__, *vars(Observation), *ALIASES)
+    return [name for name in known if not name.startswith("_")]
 
 
 def _read_only(array: Array) -> Array:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Annotated, Any, TypeAlias, TypeVar, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from softhand.errors import ScenarioError
+from softhand.settings.guesses import did_you_mean
 from softhand.settings.problems import list_problems
 from softhand.settings.wording import describe, show
 
@@ -43,6 +44,26 @@ class Settings(BaseModel):
     model_config = ConfigDict(
         strict=True, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    if not TYPE_CHECKING:  # or else editors take any name for a field
+
+        def __getattr__(self, name: str) -> Any:
+            try:
+                return super().__getattr__(name)
+            except AttributeError as error:
+                if name.startswith("_") or hasattr(type(self), name):
+                    raise
+                raise AttributeError(f"{error}{did_you_mean(name, self._names())}") from None
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            raise AttributeError(
+                f"{type(self).__name__}.{name} cannot be set, as settings stay what they were checked as; make another "
+                f"scenario by scenario.replace({name}=...)"
+            )
+
+    def _names(self) -> list[str]:
+        """What a wrong name is compared with."""
+        return [*type(self).model_fields, *(self.model_extra or ())]
 
     @field_validator("*", mode="before")
     @classmethod
