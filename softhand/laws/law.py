@@ -89,7 +89,7 @@ class Law(Settings):
 
     def parameters(self) -> NDArray[np.float64]:
         """The fields in the order in which `force` takes them."""
-        return np.array([float(value) for value in dict(self).values()])
+        return np.array([float(value) for value in self.__dict__.values()])
 
     def arguments(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
         """What `force`, `stiffness` and `energy` take, at one deformation; as `__call__`."""
