@@ -45,8 +45,13 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     ),
     "pictures": (
         "Pictures and films",
-        "Figures, reports, films and the viewer.",
-        ("draw_run", "save_figure", "view", "Viewer", "write_report", "write_film"),
+        "Figures, reports, films and the viewers.",
+        ("draw_run", "save_figure", "view", "Viewer", "MeshcatViewer", "write_report", "write_film"),
+    ),
+    "exports": (
+        "Exports",
+        "Recordings in the formats of other tools.",
+        ("write_mcap", "read_mcap", "write_rrd"),
     ),
     "errors": (
         "Errors",
