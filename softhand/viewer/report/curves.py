@@ -89,13 +89,17 @@ class _Curves:
             yield self._limit_surface()
         yield from self._torques()
 
-    def _curve(self, values: AnyArray, color: str, label: str, desired: bool = False) -> Data:
+    def _curve(
+        self, values: AnyArray, color: str, label: str, desired: bool = False, of_run: bool = False
+    ) -> Data:
+        """A curve; one `of_run` is that of no finger: among several runs it has the colour of its run."""
         return {
             "run": self._run,
             "values": self._store.add(values[self._samples], "f4"),
             "color": color,
             "label": label,
             "desired": desired,
+            "of_run": of_run,
         }
 
     def _fingers(self, values: AnyArray) -> list[Data]:
@@ -109,7 +113,7 @@ class _Curves:
                 curves = []
                 for n, k in enumerate(group):
                     label, color = quantity.labels[k], OBJECT if len(group) == 1 else finger_color(n)
-                    curves.append(self._curve(quantity.values[:, k], color, label))
+                    curves.append(self._curve(quantity.values[:, k], color, label, of_run=len(group) == 1))
                     curves.append(self._curve(quantity.desired[:, k], _DESIRED, f"{label} desired", desired=True))
                 title = ", ".join(quantity.labels[k] for k in group)
                 yield _Panel(quantity.title, {"title": title, "unit": quantity.unit, "least": quantity.least}, curves)
