@@ -88,7 +88,8 @@ class Chart {
     pen.scale(sharp, sharp);
     const inner = height - MARGIN.top - MARGIN.bottom, [low, high] = this.range();
     const x = (time) => MARGIN.left + (time / this.end) * this.width;
-    const y = (value) => MARGIN.top + inner * (1 - (value - low) / (high - low));
+    const share = (value) => (value - low) / (high - low);
+    const y = (value) => MARGIN.top + inner * (this.panel.down ? share(value) : 1 - share(value));
     this.x = x;
     const line = (points, color, thick, dash = []) => {
       pen.strokeStyle = color;

@@ -221,6 +221,7 @@ function showPlots(seek) {
     const card = make("section", "block", "", grid);
     make("h2", "", block.title, card);
     return block.panels.map((panel) => {
+      const above = Array(data.runs.length).fill(0); // a narrower curve leaves an equal one below it in sight
       const curves = panel.curves.map((curve) => ({
         ...curve,
         ink: curve.of_run && many ? RUN_COLORS[curve.run] : curve.color, // of its value: pale letters are hard to read
@@ -228,7 +229,7 @@ function showPlots(seek) {
         time: times[curve.run],
         values: unpack(curve.values),
         dash: curve.desired ? [] : DASHES[curve.run],
-        width: curve.desired ? 0.9 : many ? 1.4 : 1.6,
+        width: curve.desired ? 0.9 : 1.1 + 1.2 * 0.6 ** above[curve.run]++,
         label: (many ? `${data.runs[curve.run].label} ` : "") + curve.label,
       }));
       const chart = new Chart(panel, curves, stops, data.end, seek, many ? data.runs.map((run, k) => ({ label: run.label, color: RUN_COLORS[k] })) : []);
