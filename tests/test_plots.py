@@ -17,8 +17,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from softhand.errors import RecordingError, SofthandError
 from softhand.analysis.energy import ACCOUNTS, Ledger
+from softhand.errors import RecordingError, SofthandError
 from softhand.plots.comparison import Compared, draw_comparison
 from softhand.plots.energy import draw_energy
 from softhand.plots.line_up import Lined, draw_line_up
@@ -417,7 +417,7 @@ def test_importing_needs_neither_pyplot_nor_the_simulator() -> None:
 
 
 def test_every_run_of_a_line_up_has_its_row_and_its_name() -> None:
-    """Eleven and one that cannot begin: each curve keeps to the row that its name stands beside, its value at its end."""
+    """Eleven and one that cannot begin: each curve keeps to the row of its name, its value stands at its end."""
     runs = lined()
     figure = draw_line_up(runs, "A dozen")
     names = [text for text in figure.axes[0].texts if text.get_text().startswith(("run", "none"))]

@@ -423,7 +423,8 @@ def test_each_run_has_its_row_of_values(coarse_page, run, other, tmp_path):
     open_page(page, tmp_path / "two.html", "#t=0.8")
     rows = page.evaluate(
         "[...document.querySelectorAll('.chart')].map((c) => [c.querySelector('figcaption b').textContent,"
-        "[...c.querySelectorAll('.row')].map((r) => [...r.querySelectorAll('b, span span')].map((s) => s.textContent))])"
+        "[...c.querySelectorAll('.row')].map((r) => [...r.querySelectorAll('b, span span')]"
+        ".map((s) => s.textContent))])"
     )
     assert all([row[0] for row in of_panel] == ["A", "B"] for _, of_panel in rows)
     for row, recording in zip(dict(rows)["normal force"], (run, other), strict=True):

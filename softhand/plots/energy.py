@@ -24,8 +24,8 @@ _LOOKS: dict[str, tuple[str, float, Any]] = {
 narrower or broken line leaves those below it in sight."""
 _COLUMNS = 4  # of the legend
 _NOTE = (
-    "Work that went in (black, and pushes) and what became of it. In a good run the black curve is the sum of the others "
-    "at all times, so that the residual stays far below them; what is damped and lost to slip never falls."
+    "Work that went in (black, and pushes) and what became of it. In a good run the black curve is the sum of the "
+    "others at all times, so that the residual stays far below them; what is damped and lost to slip never falls."
 )
 
 

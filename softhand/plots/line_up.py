@@ -25,9 +25,9 @@ _MOST_POINTS = 400  # of a curve: a panel is no wider
 _NAME_WIDTH = 19  # letters
 _COLUMNS = ("position error [mm]", "orientation error [deg]", "internal-force error [N]", "friction use [-]")
 _NOTE = (
-    "A row a run, in its colour; all other runs in grey. The scale of a column is the same in all its rows, logarithmic "
-    "for errors; the number is the value at the end. Good is low: errors that fall to nothing, friction use below the "
-    "dashed 1, above which a tip slips. A cross marks where an incomplete run stopped."
+    "A row a run, in its colour; all other runs in grey. The scale of a column is the same in all its rows, "
+    "logarithmic for errors; the number is the value at the end. Good is low: errors that fall to nothing, friction "
+    "use below the dashed 1, above which a tip slips. A cross marks where an incomplete run stopped."
 )
 
 
@@ -97,9 +97,7 @@ def _draw_column(axes: Axes, runs: Sequence[Lined], k: int) -> None:
     ]
     axes.set_ylim(0.0, count)
     axes.grid(False, axis="y")
-    grey = [
-        line + (0.0, base) for n in range(count) for m, line in enumerate(lines) for base in [count - 1 - n] if m != n
-    ]
+    grey = [_lifted(line, count - 1 - n) for n in range(count) for m, line in enumerate(lines) if m != n]
     axes.add_collection(LineCollection(grey, colors="0.85", linewidths=0.7, zorder=1), autolim=False)
     ends = []
     for n, (run, line, values) in enumerate(zip(runs, lines, curves, strict=True)):
@@ -111,8 +109,14 @@ def _draw_column(axes: Axes, runs: Sequence[Lined], k: int) -> None:
         if n in (0, count - 1):
             ends += [(base + height, word) for height, word in scale.marks()]
         if len(line):
-            _draw_run(axes, run, line + (0.0, base), float(values[-1]), color)
+            _draw_run(axes, run, _lifted(line, base), float(values[-1]), color)
     axes.set_yticks([height for height, _ in ends], [word for _, word in ends])
+
+
+def _lifted(line: Array, base: float) -> Array:
+    """A curve, points of time and height, in the row that begins at a height."""
+    higher: Array = line + np.array([0.0, base])
+    return higher
 
 
 def _draw_run(axes: Axes, run: Lined, line: Array, last: float, color: str) -> None:

@@ -35,10 +35,10 @@ _TERMS = {
     "unexplained": ("remainder", "black"),
 }
 _NOTE = (
-    "Theorem 1 holds the grasp at rest because V, a kind of energy of the closed loop, can only fall. Good: V falls over "
-    "the whole run but where the reference moves; its rate (black) lies on what the proof gives (blue), and what makes "
-    "the difference, by its causes, is small; the least singular value of L stays above 0, and the share of the contact "
-    "stiffness that K_O takes below the dashed 1, above which L may be singular and the object lost."
+    "Theorem 1 holds the grasp at rest because V, a kind of energy of the closed loop, can only fall. Good: V falls "
+    "over the whole run but where the reference moves; its rate (black) lies on what the proof gives (blue), and what "
+    "makes the difference, by its causes, is small; the least singular value of L stays above 0, and the share of the "
+    "contact stiffness that K_O takes below the dashed 1, above which L may be singular and the object lost."
 )
 _DECADES = 6
 _UNSEEN = 1e-9  # [mW]

@@ -98,7 +98,8 @@ def _mark_phases(figure: Figure, recording: Recording) -> None:
     for axes in figure.axes if phases else ():
         for _, begin, end in phases[::2]:
             axes.axvspan(begin, end, color="0.5", alpha=0.1, lw=0, zorder=0)
-        if axes.get_subplotspec().is_first_row():
+        place = axes.get_subplotspec()
+        if place is not None and place.is_first_row():
             axes.set_title("", pad=rcParams["font.size"] + 2.0)  # of all its titles: above the numbers
             for k, (_, begin, end) in enumerate(phases, start=1):
                 axes.annotate(str(k), (0.5 * (begin + end), 1.0), (0.0, 1.5), xycoords=axes.get_xaxis_transform(),

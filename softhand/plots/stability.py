@@ -18,10 +18,10 @@ from softhand.plots.panels import draw_legend, draw_note, draw_title, from_top, 
 from softhand.plots.style import DASHED, STYLE
 
 _NOTE = (
-    "Rate of the fastest growing small motion about the grasp at rest, over the gain K_O and the stiffness of the tips, "
-    "both as factors on those of the scenario. Good: the cross lies in the white, where all motions die out, and well "
-    "below the dashed line, where K_O takes up the whole contact stiffness in one direction. In colour a motion grows by "
-    "a factor e in 1/rate: slow to be seen at 0.1 1/s, the object is lost at once at 100 1/s."
+    "Rate of the fastest growing small motion about the grasp at rest, over the gain K_O and the stiffness of the "
+    "tips, both as factors on those of the scenario. Good: the cross lies in the white, where all motions die out, "
+    "and well below the dashed line, where K_O takes up the whole contact stiffness in one direction. In colour a "
+    "motion grows by a factor e in 1/rate: slow to be seen at 0.1 1/s, the object is lost at once at 100 1/s."
 )
 _SLOWEST, _FASTEST = 0.1, 300.0  # [1/s] ends of the colours
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,7 +216,7 @@ def _joint_units(recording: Recording, name: str) -> tuple[str, ...]:
     return units if len(units) > 1 else units * len(recording.labels["joint"])
 
 
-def _short(value: float, digits: int = 3) -> str:
+def _short(value: Any, digits: int = 3) -> str:
     """A number in few digits; what is less than anybody measures is 0, and not 1e-23."""
     return f"{value:.{digits}g}" if abs(value) >= _UNSEEN else "0"
 

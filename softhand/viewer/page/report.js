@@ -90,6 +90,7 @@ function showFilm(run) {
   try {
     const stage = new Stage(canvas, run.film);
     stage.element = screen;
+    stage.overlay = new Overlay(stage, screen, run.film);
     stage.drawn = () => (slip.textContent = stage.slipping());
     const views = make("div", "views", "", screen);
     for (const view of Object.keys(Orbit.VIEWS)) make("button", "", view, views).onclick = () => stage.orbit.view(view);

@@ -135,6 +135,7 @@ class Orbit {
     );
     this.camera.lookAt(this.target);
     this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
   }
 
   listen(canvas) {
@@ -167,6 +168,78 @@ class Orbit {
     const length = (2 * this.distance * this.bounds.radius) / height;
     const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, axis));
     this.target.addScaledVector(right, -length * across).addScaledVector(up, length * down);
+  }
+}
+
+/** What stands above the picture: the names of the fingers, and in a corner the axes of the world and gravity. */
+class Overlay {
+  static AXES = [["x", "#c0392b", [1, 0, 0]], ["y", "#1e8449", [0, 1, 0]], ["z", "#1f5fbf", [0, 0, 1]]];
+  static SIZE = 84; // [px] of the corner
+
+  constructor(stage, parent, film) {
+    Object.assign(this, { stage, parent, gravity: film.gravity, middle: new THREE.Vector3() });
+    this.canvas = document.createElement("canvas");
+    this.canvas.className = "triad";
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", film.gravity ? "axes of the world, and gravity g" : "axes of the world");
+    parent.append(this.canvas);
+    this.names = film.fingers.map(({ tip, text }) => {
+      const label = document.createElement("span");
+      label.className = "finger";
+      label.textContent = text;
+      parent.append(label);
+      return { label, body: stage.bodies.find((body) => body.name === `tips/${tip}`) };
+    });
+  }
+
+  draw() {
+    const { camera, upright } = this.stage.orbit, [width, height] = this.stage.size;
+    for (const { label, body } of this.names) {
+      label.hidden = !body || !body.object.visible;
+      if (label.hidden) continue;
+      const points = body.vertices.array, count = points.length / 3;
+      this.middle.set(0, 0, 0);
+      for (let k = 0; k < points.length; k += 3) this.middle.x += points[k], this.middle.y += points[k + 1], this.middle.z += points[k + 2];
+      this.middle.divideScalar(count).applyMatrix4(body.object.matrix).applyMatrix4(upright).project(camera);
+      const x = 0.5 * width * (1 + this.middle.x), y = 0.5 * height * (1 - this.middle.y);
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -38px)`;
+    }
+    this.drawAxes(camera, upright);
+  }
+
+  drawAxes(camera, upright) {
+    const sharp = window.devicePixelRatio || 1, size = Overlay.SIZE, half = size / 2;
+    this.canvas.width = this.canvas.height = size * sharp;
+    const pen = this.canvas.getContext("2d"), back = camera.quaternion.clone().invert();
+    pen.scale(sharp, sharp);
+    Object.assign(pen, { font: "bold 11px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineWidth: 2.2 });
+    const arrows = Overlay.AXES.map(([name, color, way]) => [name, color, new THREE.Vector3(...way).applyMatrix4(upright)]);
+    if (this.gravity) arrows.push(["g", "#1f2933", new THREE.Vector3(0, 0, -1)]);
+    for (const arrow of arrows) arrow[2].applyQuaternion(back);
+    arrows.sort((one, other) => one[2].z - other[2].z); // the nearest last
+    for (const [name, color, { x, y }] of arrows) {
+      const length = name === "g" ? 0.42 : 0.3, to = [half + size * length * x, half - size * length * y];
+      pen.strokeStyle = pen.fillStyle = color;
+      pen.setLineDash(name === "g" ? [4, 2] : []);
+      pen.beginPath();
+      pen.moveTo(half, half);
+      pen.lineTo(...to);
+      pen.stroke();
+      const flat = Math.hypot(x, y) || 1, [along, across] = [[x / flat, -y / flat], [y / flat, x / flat]];
+      pen.beginPath();
+      for (const side of [-1, 1]) {
+        pen.moveTo(...to);
+        pen.lineTo(to[0] - 6 * along[0] + 3.5 * side * across[0], to[1] - 6 * along[1] + 3.5 * side * across[1]);
+      }
+      pen.setLineDash([]);
+      pen.stroke();
+      const off = name === "g" ? [8, 0] : [8 * along[0], 8 * along[1]];
+      pen.lineWidth = 3;
+      pen.strokeStyle = "rgba(244,246,248,.9)";
+      pen.strokeText(name, to[0] + off[0], Math.min(size - 6, to[1] + off[1]));
+      pen.fillText(name, to[0] + off[0], Math.min(size - 6, to[1] + off[1]));
+      pen.lineWidth = 2.2;
+    }
   }
 }
 
@@ -235,6 +308,7 @@ class Stage {
     if (!this.size) return;
     for (const body of this.bodies) body.object.visible = body.shown && this.layers[body.layer];
     this.drawn(this);
+    if (this.overlay) this.overlay.draw();
     this.renderer.render(this.scene, this.orbit.camera);
   }
 }
