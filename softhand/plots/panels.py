@@ -48,7 +48,7 @@ def draw_title(figure: Figure, title: str, *warnings: str, room: float = 0.0) ->
 
 
 def draw_note(figure: Figure, text: str, inches: float = 0.56) -> float:
-    """What a figure shows and what a good one looks like, in grey at a distance from the top; returns its height [in]."""
+    """What a figure shows and what good looks like, in grey at a distance from its top; returns the height [in]."""
     lines = textwrap.wrap(text, 150)
     figure.text(0.012, from_top(figure, inches), "\n".join(lines), color="0.3", va="top", linespacing=1.25)
     return _LINE * len(lines)

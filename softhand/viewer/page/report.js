@@ -331,6 +331,7 @@ async function start() {
   clock.stages = data.runs.map(showFilm).filter(Boolean);
   showLayers(clock.stages);
   showFacts();
+  if (many && data.filmOnly) showLegend(data.runs, find("main"));
   clock.tell = showEvents((time) => clock.seek(time));
   clock.charts = showPlots((time) => clock.seek(time));
   tie(clock.stages);

@@ -52,8 +52,8 @@ class Body {
     if (item.kind === "lines") {
       this.object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
     } else {
-      Object.assign(look, { shininess: 18, specular: new THREE.Color(0.06, 0.06, 0.06), side: THREE.DoubleSide });
-      this.object = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
+      look.side = THREE.DoubleSide; // lit by vertex: where there is no graphics card a light a pixel takes twice as long
+      this.object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial(look));
       geometry.computeVertexNormals();
     }
     if (item.on_top) this.object.renderOrder = 1;
@@ -174,15 +174,15 @@ class Orbit {
 /** What stands above the picture: the names of the fingers, and in a corner the axes of the world and gravity. */
 class Overlay {
   static AXES = [["x", "#c0392b", [1, 0, 0]], ["y", "#1e8449", [0, 1, 0]], ["z", "#1f5fbf", [0, 0, 1]]];
-  static SIZE = 84; // [px] of the corner
 
   constructor(stage, parent, film) {
     Object.assign(this, { stage, parent, gravity: film.gravity, middle: new THREE.Vector3() });
-    this.canvas = document.createElement("canvas");
-    this.canvas.className = "triad";
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", film.gravity ? "axes of the world, and gravity g" : "axes of the world");
-    parent.append(this.canvas);
+    this.triad = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    this.triad.setAttribute("class", "triad");
+    this.triad.setAttribute("viewBox", "-42 -42 84 84");
+    this.triad.setAttribute("role", "img");
+    this.triad.setAttribute("aria-label", film.gravity ? "axes of the world, and gravity g" : "axes of the world");
+    parent.append(this.triad);
     this.names = film.fingers.map(({ tip, text }) => {
       const label = document.createElement("span");
       label.className = "finger";
@@ -207,39 +207,20 @@ class Overlay {
     this.drawAxes(camera, upright);
   }
 
+  /** Arrows as they stand before the camera, the nearest last. */
   drawAxes(camera, upright) {
-    const sharp = window.devicePixelRatio || 1, size = Overlay.SIZE, half = size / 2;
-    this.canvas.width = this.canvas.height = size * sharp;
-    const pen = this.canvas.getContext("2d"), back = camera.quaternion.clone().invert();
-    pen.scale(sharp, sharp);
-    Object.assign(pen, { font: "bold 11px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineWidth: 2.2 });
-    const arrows = Overlay.AXES.map(([name, color, way]) => [name, color, new THREE.Vector3(...way).applyMatrix4(upright)]);
-    if (this.gravity) arrows.push(["g", "#1f2933", new THREE.Vector3(0, 0, -1)]);
-    for (const arrow of arrows) arrow[2].applyQuaternion(back);
-    arrows.sort((one, other) => one[2].z - other[2].z); // the nearest last
-    for (const [name, color, { x, y }] of arrows) {
-      const length = name === "g" ? 0.42 : 0.3, to = [half + size * length * x, half - size * length * y];
-      pen.strokeStyle = pen.fillStyle = color;
-      pen.setLineDash(name === "g" ? [4, 2] : []);
-      pen.beginPath();
-      pen.moveTo(half, half);
-      pen.lineTo(...to);
-      pen.stroke();
-      const flat = Math.hypot(x, y) || 1, [along, across] = [[x / flat, -y / flat], [y / flat, x / flat]];
-      pen.beginPath();
-      for (const side of [-1, 1]) {
-        pen.moveTo(...to);
-        pen.lineTo(to[0] - 6 * along[0] + 3.5 * side * across[0], to[1] - 6 * along[1] + 3.5 * side * across[1]);
-      }
-      pen.setLineDash([]);
-      pen.stroke();
-      const off = name === "g" ? [8, 0] : [8 * along[0], 8 * along[1]];
-      pen.lineWidth = 3;
-      pen.strokeStyle = "rgba(244,246,248,.9)";
-      pen.strokeText(name, to[0] + off[0], Math.min(size - 6, to[1] + off[1]));
-      pen.fillText(name, to[0] + off[0], Math.min(size - 6, to[1] + off[1]));
-      pen.lineWidth = 2.2;
-    }
+    const back = camera.quaternion.clone().invert();
+    const arrows = Overlay.AXES.map(([name, color, way]) => [name, color, 25, new THREE.Vector3(...way).applyMatrix4(upright)]);
+    if (this.gravity) arrows.push(["g", "#1f2933", 34, new THREE.Vector3(0, 0, -1)]);
+    for (const arrow of arrows) arrow[3].applyQuaternion(back);
+    arrows.sort((one, other) => one[3].z - other[3].z);
+    this.triad.innerHTML = arrows.map(([name, color, length, { x, y }]) => {
+      const flat = Math.hypot(x, y) || 1, [a, b] = [x / flat, -y / flat], [u, v] = [length * x, -length * y];
+      const sides = [-1, 1].map((side) => `M${u} ${v}L${u - 6 * a - 3.5 * side * b} ${v - 6 * b + 3.5 * side * a}`);
+      const off = name === "g" ? [8, -2] : [8 * a, 8 * b], dash = name === "g" ? ' stroke-dasharray="4 2"' : "";
+      return `<g stroke="${color}" stroke-width="2.2" fill="none"><path d="M0 0L${u} ${v}"${dash}/><path d="${sides.join("")}"/></g>` +
+        `<text x="${u + off[0]}" y="${v + off[1]}" fill="${color}">${name}</text>`;
+    }).join("");
   }
 }
 
