@@ -50,6 +50,18 @@ def test_lift_off_and_touch() -> None:
     ]
 
 
+def test_noise_is_no_event_and_no_number() -> None:
+    """A force of 1e-23 N touches nothing; what a slip did not lose is 0."""
+    force, slipping, loss = recording().contact_force.copy(), np.zeros((N, 2)), np.zeros((N, 2))
+    force[50:80, 1] = 0.0
+    force[60, 1, 2] = force[20, 0, 3] = 1e-23
+    slipping[20:40, 0] = 1
+    loss[30:, 0] = 1e-23
+    found = find_events(recording(contact_force=force, is_slipping=slipping, slip_loss=loss))
+    assert [event.kind for event in found] == ["slip", "slip ends", "lift-off", "touch"]
+    assert found[0].text.endswith("tau = 0 N mm") and found[1].text == "0 mm, 0 deg, 0 mJ"
+
+
 @pytest.mark.parametrize(("use", "kind"), [(0.75, "slip"), (0.65, "torsional slip")])
 def test_slip_has_figures_and_bridges_short_gaps(use: float, kind: str) -> None:
     """A gap of 5 ms parts nothing; torsion has the larger share below a friction use of 0.707."""

@@ -115,6 +115,20 @@ def test_no_slip_falls_between_two_pictures(run, filmed, browser, tmp_path, monk
     assert changed == [False, False, True, False, False]
 
 
+@needs_chromium
+def test_several_runs_are_side_by_side(run, browser, tmp_path, monkeypatch):
+    """Left and right show each its own run, for as long as the longer one takes."""
+    variables = {name: array[:1] for name, array in run.variables.items()}
+    still = dataclasses.replace(run, variables=variables, stop_time=0.0)
+    monkeypatch.setattr(film, "Browser", lambda: nullcontext(browser))
+    write_film([run, still], tmp_path / "both.gif", fps=4, size=SMALL)
+    shown = [picture for picture, _ in pictures(tmp_path / "both.gif")]
+    half = SMALL[0] // 2
+    moved = np.abs(shown[-1] - shown[0]).max(axis=2) > 24
+    body = moved[SMALL[1] // 4 : 3 * SMALL[1] // 4]
+    assert len(shown) == 3 and body[:, :half].mean() > 2e-3 and body[:, half:].mean() < 1e-3
+
+
 def test_slow_motion_takes_longer(run, screen, tmp_path):
     """A quarter of the speed: four times the pictures, but for the last."""
     told = []
@@ -203,7 +217,7 @@ def test_a_gif_keeps_small_coloured_things():
 def test_the_last_sample_is_filmed(run):
     """0.5 s at 8 a second ends exactly; at 7 a second one more picture shows the end."""
     for fps, count in ((8.0, 5), (7.0, 5)):
-        times = [time for time, _ in film._times(run, fps, 1.0)]
+        times = [time for time, _ in film._times([run], fps, 1.0)]
         assert len(times) == count and times[-1] == run.time[-1] and times[1] == pytest.approx(1.0 / fps)
 
 

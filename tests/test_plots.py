@@ -17,8 +17,11 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from softhand.analysis.energy import ACCOUNTS, Ledger
 from softhand.errors import RecordingError, SofthandError
 from softhand.plots.comparison import Compared, draw_comparison
+from softhand.plots.energy import draw_energy
+from softhand.plots.line_up import Lined, draw_line_up
 from softhand.plots.panels import new_figure, panel
 from softhand.plots.run import draw_run
 from softhand.plots.style import DASH_DOTTED, FINGERS, FORMATS, STYLE, TARGETS, save_figure
@@ -99,6 +102,16 @@ def plain() -> Figure:
         axes.plot([0.0, 1.0], [0.0, 2.0], marker="v")
         axes.fill_between([0.0, 1.0], 0.0, [1.0, 2.0], alpha=0.3)
     return figure
+
+
+def lined(count: int = 11, complete: bool = True) -> list[Lined]:
+    """Runs whose errors differ by factors, and one without samples at the end."""
+    time = np.linspace(0.0, 1.0, 101)
+    runs = [
+        Lined(f"run {k}", time, *(np.exp(-k * time) * size for size in (5.0, 2.0, 1.0)), 0.5 + 0.01 * time, complete)
+        for k in range(count)
+    ]
+    return [*runs, Lined("none (cannot begin)", *[np.zeros(0)] * 5, True)]
 
 
 # ------------------------------------------------------------------------------------------------------- one run
@@ -198,6 +211,35 @@ def test_a_run_without_length_can_be_drawn(samples: int, tmp_path: Path) -> None
     """A run that stopped at its start gives a figure, not an error."""
     save_figure(draw_run(stopped(samples)), tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 10_000
+
+
+def test_what_is_lifted_goes_up() -> None:
+    """Where z points down its axis does too, and says so; elsewhere it is the usual one."""
+    upright = "gravity = [0.0, 0.0, -9.81]\nduration = 2.0\n"
+    (usual,) = panels(draw_run(invented(scenario=upright)), "z [mm]")
+    (hanging,) = panels(draw_run(invented(scenario=upright.replace("-", ""))), "z (down) [mm]")
+    assert not usual.yaxis_inverted() and hanging.yaxis_inverted()
+
+
+def test_no_curve_crosses_the_number_of_a_phase() -> None:
+    """Each stands above its panel, in all blocks."""
+    phases = '[["close", 0.0], ["squeeze", 0.7], ["lift", 1.4]]'
+    figure = draw_run(invented(attributes={"phases": phases}))
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    marked = [axes for axes in figure.axes if axes.texts and axes.texts[-1].get_text() == "3"]
+    assert len(marked) == 9
+    for axes in marked:
+        for number in axes.texts[-3:]:
+            extent = number.get_window_extent(renderer)
+            assert extent.y0 >= axes.bbox.y1
+
+
+def test_equal_curves_of_fingers_are_all_seen() -> None:
+    """Each is narrower than those below it."""
+    (axes,) = panels(drawn(), "normal force")
+    widths = [line.get_linewidth() for line in axes.lines]
+    assert np.all(np.diff(widths) < -0.1)
 
 
 def test_friction_use_has_its_limit() -> None:
@@ -372,6 +414,63 @@ def test_importing_needs_neither_pyplot_nor_the_simulator() -> None:
     code = "import sys, softhand.plots; print({'matplotlib.pyplot', 'pinocchio', 'numba'} & set(sys.modules) or 'none')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "none"
+
+
+def test_every_run_of_a_line_up_has_its_row_and_its_name() -> None:
+    """Eleven and one that cannot begin: each curve keeps to the row of its name, its value stands at its end."""
+    runs = lined()
+    figure = draw_line_up(runs, "A dozen")
+    names = [text for text in figure.axes[0].texts if text.get_text().startswith(("run", "none"))]
+    assert [name.get_text().replace("\n", " ") for name in names] == [run.label for run in runs]
+    for column, axes in enumerate(figure.axes):
+        curves = [line for line in axes.lines if len(line.get_xdata()) > 2]
+        for curve, run, name in zip(curves, runs, names, strict=False):
+            assert np.all(np.abs(curve.get_ydata() - name.xy[1]) < 0.5) and curve.get_color() == name.get_color()
+            assert f"{run[2 + column][-1]:.2g}" in [text.get_text() for text in axes.texts]
+        assert len(curves) == len(runs) - 1
+
+
+def test_runs_of_a_line_up_have_one_scale() -> None:
+    """A larger error is drawn higher within its row, in every column of errors."""
+    runs = lined(3)
+    for axes in draw_line_up(runs, "Three").axes[:3]:
+        ends = [line.get_ydata()[-1] % 1.0 for line in axes.lines if len(line.get_xdata()) > 2]
+        assert ends == sorted(ends, reverse=True) and ends[0] > ends[-1] + 0.1
+
+
+def test_a_run_that_stopped_has_its_cross() -> None:
+    """And one that did not has none."""
+    crosses = [[line for line in draw_line_up(lined(2, complete), "Two").axes[0].lines if line.get_marker() == "x"]
+               for complete in (True, False)]  # fmt: skip
+    assert list(map(len, crosses)) == [0, 2]
+
+
+def ledger() -> Ledger:
+    """Accounts that are all equal to nothing but the work and the height."""
+    time = np.linspace(0.0, 1.0, 11)
+    nothing, rising = np.zeros_like(time), 0.1 * time
+    values = dict.fromkeys(ACCOUNTS, nothing) | {"work": rising, "pushed": rising, "gravity": 2.0 * rising}
+    return Ledger(time=time, is_spring=True, **values)
+
+
+def test_every_account_of_energy_is_seen_and_named() -> None:
+    """Equal curves differ in width or dashes, and the legend has all of them."""
+    figure = draw_energy(ledger(), "A run")
+    lines = figure.axes[0].lines
+    assert {line.get_label() for line in lines} == set(ACCOUNTS.values()) <= set(texts(figure).splitlines())
+    hidden = [line for line in lines if not line.get_ydata().any()]
+    whole = [line.get_linewidth() for line in lines if not line.is_dashed()]
+    assert len(hidden) == 4 and [line.is_dashed() for line in hidden] == [False, False, True, True]
+    assert whole == sorted(whole, reverse=True) and len(set(whole)) == len(whole)
+
+
+@pytest.mark.parametrize("draw", [compared, lambda: draw_line_up(lined(), "A dozen")], ids=["compared", "lined up"])
+def test_labels_of_logarithmic_axes_can_be_read(draw: Callable[[], Figure]) -> None:
+    """Plain powers, no math text."""
+    figure = draw()
+    figure.canvas.draw()
+    labels = [label.get_text() for axes in figure.axes for label in axes.get_yticklabels()]
+    assert not any("$" in label for label in labels) and {"10⁻³"} & set(labels)
 
 
 def test_dash_dotted_is_what_it_says() -> None:

@@ -394,8 +394,60 @@ def test_two_runs_share_clock_and_camera(visit):
     later = films(page)
     assert min(map(differs, before, later)) > 0.005
     box = box_of(page, "document.querySelectorAll('.film canvas')[1]")
-    drag(page, (box["x"] + 200, box["y"] + 150), (box["x"] + 300, box["y"] + 150))
+    drag(page, (box["x"] + 80, box["y"] + 150), (box["x"] + 180, box["y"] + 150))
     assert min(map(differs, later, films(page))) > 0.02
+
+
+@needs_chromium
+@pytest.mark.parametrize("size", [(1440, 900), (1024, 768)])
+def test_two_runs_have_room_on_any_screen(coarse_page, files, size):
+    """The table of numbers is there, no curve is a sliver, no panel leaves its card, nothing is wider than the page."""
+    page = coarse_page(*size)
+    open_page(page, files["both"])
+    table, areas, beyond, width = page.evaluate(
+        "(() => { const height = (e) => e.getBoundingClientRect().height;"
+        "const bottom = (e) => e.getBoundingClientRect().bottom;"
+        "const cards = [...document.querySelectorAll('.block')];"
+        "return [height(document.querySelector('.facts')), [...document.querySelectorAll('.area')].map(height),"
+        "cards.map((c) => bottom(c.lastElementChild) - bottom(c)), document.documentElement.scrollWidth] })()"
+    )
+    assert table > 150 and len(areas) == 21 and min(areas) > 75
+    assert max(beyond) <= 0 and width <= size[0]
+
+
+@needs_chromium
+def test_each_run_has_its_row_of_values(coarse_page, run, other, tmp_path):
+    """At the cursor, in every panel, beside the name of the run."""
+    (tmp_path / "two.html").write_text(report_page((run, other), **FEW), "utf-8")
+    page = coarse_page(1400, 900)
+    open_page(page, tmp_path / "two.html", "#t=0.8")
+    rows = page.evaluate(
+        "[...document.querySelectorAll('.chart')].map((c) => [c.querySelector('figcaption b').textContent,"
+        "[...c.querySelectorAll('.row')].map((r) => [...r.querySelectorAll('b, span span')]"
+        ".map((s) => s.textContent))])"
+    )
+    assert all([row[0] for row in of_panel] == ["A", "B"] for _, of_panel in rows)
+    for row, recording in zip(dict(rows)["normal force"], (run, other), strict=True):
+        expected = recording.contact_force[np.searchsorted(recording.time, 0.8), :, 2]
+        assert np.allclose(list(map(float, row[1:])), expected, rtol=6e-3)
+
+
+@needs_chromium
+def test_no_curve_of_one_run_looks_like_that_of_another(visit):
+    """Neither by its colour nor by its dashes; and no badge has the colour of another."""
+    page = visit("both")
+    looks = page.evaluate(
+        "clock.charts.map((chart) => chart.curves.filter((c) => !c.desired)"
+        ".map((c) => [c.run, c.color, String(c.dash)]))"
+    )
+    for curves in looks:
+        first, second = ({tuple(look) for run, *look in curves if run == k} for k in (0, 1))
+        assert not {color for color, _ in first} & {color for color, _ in second}
+        assert not {dash for _, dash in first} & {dash for _, dash in second}
+    badges = page.evaluate(
+        "[...document.querySelectorAll('.badge')].map((b) => [b.textContent, getComputedStyle(b).backgroundColor])"
+    )
+    assert len({tuple(badge) for badge in badges}) == len({color for _, color in badges}) == 2
 
 
 @needs_chromium

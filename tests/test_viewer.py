@@ -23,6 +23,7 @@ from softhand.model.urdf.urdf import Urdf
 from softhand.recording import recorded
 from softhand.viewer import live
 from softhand.viewer.live.pace import Pace
+from softhand.viewer.live.readings import readings
 from softhand.viewer.live.replay import Replay
 from softhand.viewer.live.stream import encode
 from softhand.viewer.scene.moment import Past
@@ -460,16 +461,23 @@ def test_a_closed_viewer_frees_its_port(recording):
 
 def test_the_page_has_no_address_of_another_machine(replay):
     """Page, style and scripts of ours name none, and the policy would stop it."""
-    for name in ("", "live.css", "live.js", "stage.js"):
+    for name in ("", "chart.css", "live.css", "live.js", "stage.js", "chart.js"):
         assert "http" not in read(replay.address + name).replace("http://www.w3.org/2000/svg", "").replace("https:", "")
     with urllib.request.urlopen(replay.address) as answer:
         assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
 
 
 def test_a_frame_is_all_numbers_of_its_updates(scene, recording):
-    """Time, 16 numbers an item, vertices of the soft items."""
+    """Time, 16 numbers an item, vertices of the soft items, readings."""
     updates = scene.frame(7)
-    numbers = np.frombuffer(encode(scene, 0.007, updates), "<f4")
+    read = readings(recorded_moment(recording, 7))
+    numbers = np.frombuffer(encode(scene, 0.007, updates, read), "<f4")
+    assert read[:3] == pytest.approx(recording.contact_force[7, :, 2])
+    assert read[3:6] == pytest.approx(recording.friction_use[7])
+    off = recording.object_position[7] - recording.object_position_desired[7]
+    assert read[6] == pytest.approx(1e3 * np.linalg.norm(off)) and len(read) == 8
+    np.testing.assert_array_equal(numbers[-8:], read.astype("<f4"))
+    numbers = numbers[:-8]
     rows = numbers[1 : 1 + 16 * len(updates)].reshape(-1, 16)
     assert numbers[0] == np.float32(0.007)
     soft = [update.vertices for item, update in zip(scene.items, updates, strict=True) if item.soft]
@@ -716,7 +724,7 @@ def test_a_slip_is_in_the_picture_and_in_words(coarse_page, recording):
 
 
 @needs_chromium
-@pytest.mark.parametrize("size", [(1200, 800), (620, 600), (480, 700)])
+@pytest.mark.parametrize("size", [(1440, 900), (1024, 768), (620, 600), (480, 700)])
 def test_nothing_of_the_panel_is_cut_off(page, size):
     """All buttons of the panel lie within it, and the panel beside the picture, on a narrow window too."""
     page.resize(*size)
@@ -762,6 +770,67 @@ def test_the_page_winds_the_replay(page, replay):
     page.evaluate("document.getElementById('play').click()")
 
 
+KEY = "document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{}', bubbles: true}}))"
+
+
+@needs_chromium
+def test_keys_and_speed_are_those_of_a_report(page, replay):
+    """Arrows step by a sixtieth, Home and End go to the ends, space plays and stops, the list sets the speed."""
+    picture(page, replay, 0.2)
+    page.evaluate("softhand.wind(0.2)")
+    for key, time in (("ArrowRight", 0.2 + 1 / 60), ("ArrowLeft", 0.2), ("End", replay._times[-1]), ("Home", 0.0)):
+        page.evaluate(KEY.format(key))
+        assert wait_until(lambda time=time: replay.time == pytest.approx(time)), key
+    page.evaluate(KEY.format(" "))
+    assert wait_until(lambda: replay._playing)
+    page.evaluate(KEY.format(" "))
+    assert wait_until(lambda: not replay._playing)
+    page.evaluate("(() => { const s = document.getElementById('speed'); s.value = '0.25'; s.onchange({target: s}) })()")
+    assert wait_until(lambda: replay._speed == 0.25)
+    page.evaluate("document.getElementById('speed').onchange({target: {value: 1}})")
+
+
+@needs_chromium
+def test_the_page_says_what_it_shows(page, replay, recording):
+    """Title, names of the fingers at their tips, axes and gravity in a corner, curves with their units and values."""
+    page.resize(1024, 768)
+    picture(page, replay, 0.5)
+    text = page.evaluate("document.body.innerText")
+    assert "Box lowered, tilted about all three axes" in text and "controller regulation" in text
+    names = page.evaluate("[...document.querySelectorAll('.finger')].map((n) => [n.textContent, n.hidden])")
+    assert names == [[f"finger {k}", False] for k in (1, 2, 3)]
+    assert page.evaluate("document.querySelector('.triad').getAttribute('aria-label')") == (
+        "axes of the world, and gravity g"
+    )
+    panels = page.evaluate(
+        "[...document.querySelectorAll('#curves .chart')].map((c) => [c.querySelector('b').textContent,"
+        "c.querySelector('.unit').textContent, [...c.querySelectorAll('.values span')].map((s) => s.textContent),"
+        "c.querySelector('.area').clientHeight])"
+    )
+    page.resize(*SIZE)
+    assert [panel[1] for panel in panels] == ["[N]", "[-]", "[mm]", "[deg]"]
+    k = np.searchsorted(recording.time, 0.5)
+    assert np.allclose(list(map(float, panels[0][2])), recording.contact_force[k, :, 2], rtol=2e-2)
+    assert min(panel[3] for panel in panels) > 60
+
+
+@needs_chromium
+def test_the_page_begins_at_the_grasp(coarse_page, replay, scene):
+    """Not with the links of the hand."""
+    page = coarse_page(*SIZE)
+    page.open(replay.address)
+    assert wait_until(lambda: page.evaluate("document.body.dataset.time"))
+    share = scene.bounds.grasp.radius / scene.bounds.whole.radius
+    assert page.evaluate("softhand.stage.orbit.distance") == pytest.approx(share)
+
+
+def test_no_two_colours_of_the_legend_are_alike(scene):
+    """Patches of one colour differ by more than shades of black."""
+    single = [np.array(entry.colours[0]) for entry in scene.legend if len(entry.colours) == 1]
+    apart = [np.abs(one - other).max() for k, one in enumerate(single) for other in single[:k]]
+    assert min(apart) > 0.15
+
+
 @needs_chromium
 def test_a_running_simulation_is_shown_until_its_end(coarse_page):
     """The page has the last state shown when the viewer closes, and says that the run has ended."""
@@ -774,4 +843,6 @@ def test_a_running_simulation_is_shown_until_its_end(coarse_page):
         simulation.run(watch=lambda observation: (viewer.show(observation), pace.wait(observation.time)))
     assert wait_until(lambda: page.evaluate("document.getElementById('message').textContent") == "The run has ended.")
     assert page.evaluate("Number(document.body.dataset.time)") > 0.17
+    samples, force = page.evaluate("[softhand.curves.times.length, softhand.curves.rows[0].values.at(-1)]")
+    assert samples >= 2 and force == pytest.approx(simulation.sample().contact_force[0, 2], rel=0.05)
     assert page.console_errors == []

@@ -13,25 +13,25 @@ from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
 
-@app.command(epilog="Example: softhand film runs/target-a/run.nc grasp.mp4 --speed 0.25 --size 1920x1080")
+@app.command(epilog="Example: softhand film runs/target-a/run.nc runs/target-b/run.nc both.mp4 --size 1920x1080")
 def film(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings, run.nc; several are side by side.")],
     out: Annotated[Path, typer.Argument(help="Film to write, .mp4 or .gif.")],
     fps: Annotated[float, typer.Option(help="Pictures a second.")] = 30.0,
     size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Size in pixels, even numbers.")] = "1280x720",
     speed: Annotated[float, typer.Option(help="Simulated time over time of the film; 0.1 is slow motion.")] = 1.0,
     quiet: Quiet = False,
 ) -> None:
-    """Make a film of a recording; needs Chromium, and ffmpeg for .mp4."""
+    """Make a film of a recording, or of several side by side; needs Chromium, and ffmpeg for .mp4."""
     from softhand.viewer.report.film import write_film
 
     pixels = _pixels(size)
     check_file(out)
-    run = load_run(recording)
-    if not quiet:
+    runs = [load_run(recording) for recording in recordings]
+    for run in () if quiet else runs:
         note_incomplete(run)
     with progress("filming", 1.0, quiet) as tell:
-        write_film(run, out, fps, pixels, speed, tell or (lambda done: None))
+        write_film(runs, out, fps, pixels, speed, tell or (lambda done: None))
     if not quiet:
         say(f"wrote {out}")
 

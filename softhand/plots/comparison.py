@@ -20,6 +20,7 @@ from softhand.plots.panels import (
     from_top,
     new_figure,
     panel,
+    plain_powers,
     plot_desired,
     split,
     widen,
@@ -77,6 +78,7 @@ def _compare_column(figure: Figure, place: SubplotSpec, k: int, pairs: Sequence[
     ]
     below = panel(figure, last, f"mean error [{first.unit}]", bottom=True)
     below.set_yscale("log")
+    plain_powers(below.yaxis)
     below.set_title(f"mean over the last {window:g} s", loc="right", size=7.5, weight="normal", color="0.35", pad=2.0)
     for pair, colors in zip(pairs, TARGETS, strict=False):
         for run, color, style in ((pair.uncompensated, colors[1], DASH_DOTTED), (pair.compensated, colors[0], SOLID)):
@@ -91,8 +93,10 @@ def _compare_column(figure: Figure, place: SubplotSpec, k: int, pairs: Sequence[
                 if style == SOLID and len(run):
                     axes.annotate(pair.label, (1.02, desired[-1]), xycoords=axes.get_yaxis_transform(), color=color,
                                   weight="bold", va="center", annotation_clip=False)  # fmt: skip
-    for axes in rows:
+    for axes, down in zip(rows, first.falling or [False] * len(rows), strict=True):
         widen(axes, first.least)
+        if down:
+            axes.invert_yaxis()
 
 
 def _mean_error(time: Array, error: Array, window: float) -> Array:

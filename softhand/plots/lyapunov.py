@@ -12,7 +12,17 @@ from matplotlib.patches import Patch
 
 from softhand.closed_loop.invariant_set import InvariantSeries
 from softhand.closed_loop.lyapunov import Lyapunov
-from softhand.plots.panels import draw_legend, draw_title, finish, from_top, new_figure, panel, split
+from softhand.plots.panels import (
+    draw_legend,
+    draw_note,
+    draw_title,
+    finish,
+    from_top,
+    new_figure,
+    panel,
+    plain_powers,
+    split,
+)
 from softhand.plots.style import DASHED, FINGERS, STYLE, WARNING
 
 _PARTS = {"V": "black", "kinetic energy": FINGERS[0], "spring K_O": FINGERS[2], "P of the tips": FINGERS[1]}
@@ -24,6 +34,12 @@ _TERMS = {
     "held torques": ("actuation", FINGERS[3]),
     "unexplained": ("remainder", "black"),
 }
+_NOTE = (
+    "Theorem 1 holds the grasp at rest because V, a kind of energy of the closed loop, can only fall. Good: V falls "
+    "over the whole run but where the reference moves; its rate (black) lies on what the proof gives (blue), and what "
+    "makes the difference, by its causes, is small; the least singular value of L stays above 0, and the share of the "
+    "contact stiffness that K_O takes below the dashed 1, above which L may be singular and the object lost."
+)
 _DECADES = 6
 _UNSEEN = 1e-9  # [mW]
 
@@ -37,12 +53,13 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
         title: of the figure.
     """
     with rc_context(STYLE):
-        figure = new_figure(9.8)
-        top = draw_title(figure, title)
-        draw_legend(figure, [_rising()], from_top(figure, 0.34), loc="upper left")
+        figure = new_figure(10.2)
+        room = draw_note(figure, _NOTE, 0.34)
+        top = draw_title(figure, title, room=room)
+        draw_legend(figure, [_rising()], from_top(figure, 0.42 + room), loc="upper left")
         grid = figure.add_gridspec(4, 1, left=0.085, right=0.975, top=top - 0.015, bottom=0.05, hspace=0.4,
                                    height_ratios=(1.25, 1.25, 1.25, 1.0))  # fmt: skip
-        energy = panel(figure, grid[0], "V [mJ]", "Theorem 1: V and its parts")
+        energy = panel(figure, grid[0], "V [mJ]", "V and its parts")
         _draw_energy(energy, lyapunov)
         rate = panel(figure, grid[1], "dV/dt [mW]", "Rate of V")
         rate.plot(lyapunov.time, 1e3 * lyapunov.rate, color="black", lw=1.4, label="by differences of V")
@@ -61,10 +78,12 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
         for axes in (rate, terms):
             _limit(axes)
         left, right = split(grid[3], 1, 2, wspace=0.22)
-        singular = panel(figure, left, "least singular value · 10³", "Assumption 5: L of (60), mended", bottom=True)
+        singular = panel(
+            figure, left, "least singular value · 10³", "L of (60), mended (Assumption 5): above 0", bottom=True
+        )
         singular.plot(series.time, 1e3 * series.smallest, color=FINGERS[0])
         singular.set_ylim(0.0, 1.2e3 * float(np.max(series.smallest)))
-        use = panel(figure, right, "λ_max(K_c⁻¹ K_O)", "Share of the contact stiffness", bottom=True)
+        use = panel(figure, right, "λ_max(K_c⁻¹ K_O)", "Share of the contact stiffness: below 1", bottom=True)
         use.plot(series.time, series.use, color=FINGERS[0])
         use.axhline(1.0, color=WARNING, lw=0.8, ls=DASHED)
         use.set_ylim(0.0, max(1.1, 1.15 * float(np.max(series.use))))
@@ -73,7 +92,7 @@ def draw_lyapunov(lyapunov: Lyapunov, series: InvariantSeries, title: str) -> Fi
 
 
 def _rising() -> Any:
-    patch: Any = Patch(color=WARNING, alpha=0.14, lw=0, label="V rises")
+    patch: Any = Patch(color=WARNING, alpha=0.14, lw=0, label="where V rises")
     return patch
 
 
@@ -85,6 +104,7 @@ def _draw_energy(axes: Axes, lyapunov: Lyapunov) -> None:
     top = 1e3 * float(np.nanmax(lyapunov.value, initial=0.0))
     if top > 0.0:
         axes.set_yscale("log")
+        plain_powers(axes.yaxis)
         axes.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
 
 
@@ -102,3 +122,4 @@ def _limit(axes: Axes) -> None:
         axes.set_yscale("symlog", linthresh=1e-3 * largest, linscale=0.4)
         powers = 10.0 ** np.arange(np.ceil(np.log10(2e-3 * largest)), np.floor(np.log10(largest)) + 1.0)
         axes.set_yticks([*-powers[::-1], 0.0, *powers])
+        plain_powers(axes.yaxis)

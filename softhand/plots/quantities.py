@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import takewhile
 from typing import NamedTuple
@@ -11,6 +12,7 @@ import numpy as np
 from softhand.errors import RecordingError
 from softhand.numerics.arrays import Array
 from softhand.plots.style import DEGREES
+from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
 
 FRICTION_TOP = 3.0  # friction use above this is cut off
@@ -21,6 +23,8 @@ OBJECT_ARRAYS = tuple(
 )
 
 CONTACT_ARRAYS = ("contact_force", "deformation", "contact_angles", "friction_use", "joint_torque", "torque_limited")
+
+_DOWN = 0.99  # cosine to gravity from which an axis points down
 
 _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")  # plain text: math text takes a quarter of the time of a figure
 
@@ -35,6 +39,8 @@ class ObjectQuantity(NamedTuple):
     unit: str
     least: float
     """Span of an axis at the least."""
+    falling: tuple[bool, ...] = ()
+    """Whether a column grows along gravity, by which its axis points down: what is lifted goes up in the picture."""
 
     def groups(self) -> list[list[int]]:
         """Columns of `values` that share a panel: one each, but no more than three panels."""
@@ -62,15 +68,24 @@ def check(recording: Recording, *names: str) -> None:
 def object_quantities(recording: Recording) -> tuple[ObjectQuantity, ...]:
     """Position, orientation and internal force."""
     pairs = tuple(f"f{pair.translate(_SUBSCRIPTS)}" for pair in recording.labels.get("pair", ()))
+    falling = _along_gravity(recording)
+    axes = tuple(f"{name} (down)" if down else name for name, down in zip("xyz", falling, strict=True))
     table = (
-        ("Position", "object_position", 1e3, ("x", "y", "z"), "mm", 1.0),
-        ("Orientation", "object_rpy", DEGREES, ("roll", "pitch", "yaw"), "deg", 1.0),
-        ("Internal force", "internal_force", 1.0, pairs, "N", 0.5),
+        ("Position", "object_position", 1e3, axes, "mm", 1.0, falling),
+        ("Orientation", "object_rpy", DEGREES, ("roll", "pitch", "yaw"), "deg", 1.0, ()),
+        ("Internal force", "internal_force", 1.0, pairs, "N", 0.5, ()),
     )
     return tuple(
-        ObjectQuantity(title, scale * recording[name], scale * recording[f"{name}_desired"], labels, unit, least)
-        for title, name, scale, labels, unit, least in table
+        ObjectQuantity(title, scale * recording[name], scale * recording[f"{name}_desired"], labels, unit, least, down)
+        for title, name, scale, labels, unit, least, down in table
     )
+
+
+def _along_gravity(recording: Recording) -> tuple[bool, ...]:
+    """Which of x, y and z points down, as z does where a hand hangs upside down; none where gravity is oblique."""
+    gravity = scenario_of(recording).vector("gravity") or (0.0, 0.0, 0.0)
+    size = math.hypot(*gravity)
+    return tuple(size > 0.0 and along > _DOWN * size for along in gravity)
 
 
 def contact_quantities(recording: Recording) -> tuple[ContactQuantity, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
@@ -76,6 +76,8 @@ def _draw_object(figure: Figure, place: SubplotSpec, recording: Recording) -> No
             axes = panel(figure, spot, f"{label} [{quantity.unit}]", title, is_last)
             _plot_components(axes, recording.time, quantity, group)
             widen(axes, quantity.least)
+            if quantity.falling and quantity.falling[group[0]]:
+                axes.invert_yaxis()
 
 
 def _plot_components(axes: Axes, time: Array, quantity: ObjectQuantity, group: list[int]) -> None:
@@ -91,13 +93,18 @@ def _plot_components(axes: Axes, time: Array, quantity: ObjectQuantity, group: l
 
 
 def _mark_phases(figure: Figure, recording: Recording) -> None:
-    """Every other phase of the reference a little darker, its number at the top."""
-    for axes in figure.axes:
-        for k, (_, begin, end) in enumerate(phases_of(recording), start=1):
-            if k % 2:
-                axes.axvspan(begin, end, color="0.5", alpha=0.1, lw=0, zorder=0)
-            axes.text(0.5 * (begin + end), 0.99, str(k), transform=axes.get_xaxis_transform(), color="0.5", fontsize=6,
-                      ha="center", va="top")  # fmt: skip
+    """Every other phase of the reference a little darker, its number above each block, where no curve crosses it."""
+    phases = phases_of(recording)
+    for axes in figure.axes if phases else ():
+        for _, begin, end in phases[::2]:
+            axes.axvspan(begin, end, color="0.5", alpha=0.1, lw=0, zorder=0)
+        place = axes.get_subplotspec()
+        if place is not None and place.is_first_row():
+            axes.set_title("", pad=rcParams["font.size"] + 2.0)  # of all its titles: above the numbers
+            for k, (_, begin, end) in enumerate(phases, start=1):
+                axes.annotate(str(k), (0.5 * (begin + end), 1.0), (0.0, 1.5), xycoords=axes.get_xaxis_transform(),
+                              textcoords="offset points", color="0.4", fontsize=6.5, ha="center",
+                              va="bottom")  # fmt: skip
 
 
 def _time_shown(recording: Recording, scenario: RecordedScenario) -> float:

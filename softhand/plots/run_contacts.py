@@ -57,7 +57,8 @@ def _finish_friction(axes: Axes, recording: Recording) -> None:
     if "limit_surface_use" in recording.variables:
         coupled = recording["limit_surface_use"]
         use = coupled if is_coulomb(recording) else np.fmax(use, coupled)
-        axes.text(0.02, 0.03, "dotted: with torsion", transform=axes.transAxes, size=7.5, color="0.3")
+        axes.text(0.02, 0.03, "dotted: with torsion", transform=axes.transAxes, size=7.5, color="0.3",
+                  bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 1.0}, zorder=ON_TOP)  # fmt: skip
         _add_coupled(axes, recording, coupled)
     _mark_friction(axes, recording, use)
 
@@ -116,4 +117,4 @@ def _mark_limits(axes: Axes, time: Array, torque: Array, limited: npt.NDArray[np
 
 def _draw_legend(figure: Figure, tips: Sequence[str], place: SubplotSpec) -> None:
     handles = [Line2D([], [], color=finger_color(k), lw=1.8, label=finger_name(tip)) for k, tip in enumerate(tips)]
-    draw_legend(figure, handles, place.get_position(figure).y1 + 0.005, loc="lower right")
+    draw_legend(figure, handles, place.get_position(figure).y1 + 0.012, loc="lower right")

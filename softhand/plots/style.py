@@ -34,6 +34,7 @@ STYLE: Any = {
     "font.size": 8.0,
     "axes.titlesize": 9.0,
     "axes.titleweight": "bold",
+    "axes.titley": 1.0,  # else each title asks all ticks for their extent
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from softhand.errors import RecordingError
 from softhand.recording.recording import Recording
 from softhand.settings.wording import show
 
+_NOTHING = 1e-9  # [N] a force below this is noise of the solver, and no touch
+_UNSEEN = 1e-6  # in the unit shown
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
 _TOGETHER = 0.005  # [s] within which places of the object that meet the table, or leave it, are one event
 _TABLE, _CORNER = "table ", "table corner "
@@ -94,13 +97,14 @@ def _touches(recording: Recording) -> Iterator[Event]:
 
 def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np.float64]) -> Iterator[Event]:
     """Where each column of normal forces [N] begins and ends to be positive."""
-    pressing = force > 0.0
+    pressing = force > _NOTHING
     for i, name in enumerate(names):
         for k in np.flatnonzero(np.diff(pressing[:, i])) + 1:
             if pressing[k, i]:
-                yield Event(_time(recording, k), "touch", name, f"f_z = {force[k, i]:.3g} N")
+                yield Event(_time(recording, k), "touch", name, f"f_z = {_short(force[k, i])} N")
             else:
-                yield Event(_time(recording, k), "lift-off", name, f"f_z was {force[k - 1, i]:.3g} N the sample before")
+                before = _short(force[k - 1, i])
+                yield Event(_time(recording, k), "lift-off", name, f"f_z was {before} N the sample before")
 
 
 def _support_touches(recording: Recording) -> Iterator[Event]:
@@ -129,14 +133,16 @@ def _slips(recording: Recording) -> Iterator[Event]:
             force, share = recording.contact_force[first, i], recording.friction_use[first, i]
             use = recording.limit_surface_use[first, i]  # below 1 where the step that slipped ended within the limit
             kind = "torsional slip" if share * share < 0.5 * use * use else "slip"  # use^2 is the sum of both squares
-            figures = f"f_t = {np.hypot(*force[:2]):.3g} N, f_z = {force[2]:.3g} N, tau = {1e3 * force[3]:.3g} N mm"
+            shear, normal, torsion = map(_short, (np.hypot(*force[:2]), force[2], 1e3 * force[3]))
+            figures = f"f_t = {shear} N, f_z = {normal} N, tau = {torsion} N mm"
             yield Event(_time(recording, first), kind, finger, figures)
             if last + 1 < len(recording):
                 travel, twist, loss = (
                     recording[name][last, i] - recording[name][max(first - 1, 0), i]
                     for name in ("slip_travel", "slip_twist", "slip_loss")
                 )
-                figures = f"{1e3 * travel:.3g} mm, {np.degrees(twist):.3g} deg, {1e3 * loss:.3g} mJ"
+                amounts = (1e3 * travel, np.degrees(twist), 1e3 * loss)
+                figures = "{} mm, {} deg, {} mJ".format(*map(_short, amounts))
                 yield Event(_time(recording, last + 1), "slip ends", finger, figures)
 
 
@@ -155,8 +161,8 @@ def _edges(recording: Recording) -> Iterator[Event]:
             end = {0: "in the air", 1: "on a face"}.get(int(feature[after]), "still there")
             duration = 1e3 * (recording.time[after] - recording.time[before])
             figures = (
-                f"f_z = {recording.contact_force[first, i, 2]:.3g} N, the normal turns by "
-                f"{np.degrees(np.arccos(cosine)):.3g} deg in {duration:.3g} ms, then {end}"
+                f"f_z = {_short(recording.contact_force[first, i, 2])} N, the normal turns by "
+                f"{_short(np.degrees(np.arccos(cosine)))} deg in {_short(duration)} ms, then {end}"
             )
             yield Event(_time(recording, first), kind, finger, figures)
 
@@ -180,7 +186,7 @@ def _apexes(recording: Recording) -> Iterator[Event]:
     passed = (np.minimum(turn, 2.0 * np.pi - turn) > _APEX_TURN) & (np.maximum(off[1:], off[:-1]) > _AT_APEX)
     for k, i in np.argwhere(passed & (recording.deformation[1:, :, 0] > 0.0)):
         Phi = np.degrees(recording.contact_angles[k : k + 2, i, 1].max())
-        yield Event(_time(recording, k + 1), "apex", recording.labels["contact"][i], f"Phi = {Phi:.3g} deg")
+        yield Event(_time(recording, k + 1), "apex", recording.labels["contact"][i], f"Phi = {_short(Phi)} deg")
 
 
 def _torque_limits(recording: Recording) -> Iterator[Event]:
@@ -188,7 +194,8 @@ def _torque_limits(recording: Recording) -> Iterator[Event]:
     for i, joint in enumerate(recording.labels["joint"]):
         for first, last in _spans(recording.torque_limited[:, i] != 0, recording.time):
             samples = int(np.count_nonzero(recording.torque_limited[first : last + 1, i]))
-            figures = f"{recording.joint_torque[first, i]:.3g} {units[i]}, {samples} sample{'s' if samples > 1 else ''}"
+            effort = f"{_short(recording.joint_torque[first, i])} {units[i]}"
+            figures = f"{effort}, {samples} sample{'s' if samples > 1 else ''}"
             yield Event(_time(recording, first), "torque limit", joint, figures)
 
 
@@ -198,8 +205,8 @@ def _joint_limits(recording: Recording) -> Iterator[Event]:
         for side, name in ((1, "upper"), (-1, "lower")):
             for first, last in _spans(recording.joint_limited[:, i] == side, recording.time):
                 angle = recording.joint_position[first : last + 1, i]
-                most = f"{side * np.max(side * angle):.4g} {units[i]}"
-                figures = f"at {angle[0]:.4g} {units[i]} beyond the {name} limit, at most {most}"
+                most = f"{_short(side * np.max(side * angle), 4)} {units[i]}"
+                figures = f"at {_short(angle[0], 4)} {units[i]} beyond the {name} limit, at most {most}"
                 yield Event(_time(recording, first), "joint limit", joint, figures)
 
 
@@ -207,6 +214,11 @@ def _joint_units(recording: Recording, name: str) -> tuple[str, ...]:
     """Unit of an array of each joint."""
     units = recording.units(name)
     return units if len(units) > 1 else units * len(recording.labels["joint"])
+
+
+def _short(value: Any, digits: int = 3) -> str:
+    """A number in few digits; what is less than anybody measures is 0, and not 1e-23."""
+    return f"{value:.{digits}g}" if abs(value) >= _UNSEEN else "0"
 
 
 def _time(recording: Recording, sample: int | np.signedinteger) -> float:

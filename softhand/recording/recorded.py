@@ -63,7 +63,7 @@ class RecordedScenario:
 
 def scenario_of(recording: Recording) -> RecordedScenario:
     """The recorded scenario, parsed once; without any table if its text cannot be read."""
-    return _parsed(recording.scenario)
+    return read_scenario(recording.scenario)
 
 
 def recorded_table(recording: Recording) -> dict[str, Any]:
@@ -86,7 +86,8 @@ def is_coulomb(recording: Recording) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _parsed(text: str) -> RecordedScenario:
+def read_scenario(text: str) -> RecordedScenario:
+    """The scenario of a text, parsed once; without any table if it cannot be read."""
     try:
         return RecordedScenario(parse_toml(text))
     except ValueError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from asyncio import Future
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +15,8 @@ from softhand.viewer.live.admission import Names, authority_of
 from softhand.viewer.live.wishes import LONGEST, NEXT, read_wish
 from softhand.viewer.page.assets import page_file, three_file
 
-_FILES = {"live.html": "text/html", "live.css": "text/css", "stage.js": "text/javascript", "live.js": "text/javascript"}
+_STYLES, _SCRIPTS = ("chart.css", "live.css"), ("stage.js", "chart.js", "live.js")
+_FILES = {"live.html": "text/html", **dict.fromkeys(_STYLES, "text/css"), **dict.fromkeys(_SCRIPTS, "text/javascript")}
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "base-uri 'none'; form-action 'none'",
@@ -49,7 +51,7 @@ def application(description: str, audience: Audience, names: Names) -> Applicati
     return Application(
         [
             (r"/()", _File),
-            (r"/(live\.css|stage\.js|live\.js)", _File),
+            (rf"/({'|'.join(map(re.escape, (*_STYLES, *_SCRIPTS)))})", _File),
             (r"/meshcat\.js", _Three),
             (r"/scene\.json", _Description, {"text": description}),
             (r"/stream", Stream, {"audience": audience}),

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from softhand.numerics.arrays import Array
 from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.simulation import Simulation
 from softhand.viewer.live.live_scene import live_scene
 from softhand.viewer.live.observed import observed_moment
+from softhand.viewer.live.readings import readings
 from softhand.viewer.scene.item import Update
 from softhand.viewer.scene.moment import Past
 
@@ -59,6 +61,10 @@ class Newest:
             self._trail = [*self._trail, moment.contact_on_object]  # a new list: the other thread may read the old one
             self._moment = moment
             self.count += 1
+
+    def readings(self) -> Array:
+        """Of the newest moment, see `readings`."""
+        return readings(self._moment)
 
     def draw(self) -> tuple[float, list[Update]]:
         """Time of the newest moment [s] and one update an item of the scene."""

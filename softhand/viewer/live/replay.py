@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
 from softhand.viewer.live.pace import checked_speed
 from softhand.viewer.live.page import Page
+from softhand.viewer.live.readings import readings
 from softhand.viewer.live.server import DEFAULT_PORT, LOOPBACK
-from softhand.viewer.live.stream import describe, encode
+from softhand.viewer.live.stream import Words, describe, encode
 from softhand.viewer.scene.recorded import RecordedScene
+from softhand.viewer.scene.samples import recorded_moment
 
+_MOST_SAMPLES = 600  # of a curve: more than its panel has pixels
 _HOLD = 0.8  # [s] that a replay rests at its end before it starts again
 
 
@@ -49,7 +53,12 @@ class Replay(Page):
         self._playing, self._position, self._since = True, 0.0, clock.perf_counter()
         self._drawn = (-1, b"")
         end = "" if recording.complete else f"incomplete: {recording.reason}"
-        super().__init__(scene, describe(scene, scene.bounds, end, float(self._times[-1])), host, port)
+        words = Words.of(scenario_of(recording), end)
+        some = np.unique(np.linspace(0, len(recording) - 1, _MOST_SAMPLES).astype(int))
+        curves = self._times[some], np.array([readings(recorded_moment(recording, k)) for k in some])
+        self._numbers = lambda k: readings(recorded_moment(recording, k))
+        description = describe(scene, scene.bounds, words, float(self._times[-1]), self._speed, curves)
+        super().__init__(scene, description, host, port)
 
     @property
     def ended(self) -> bool:
@@ -98,7 +107,7 @@ class Replay(Page):
     def _render(self) -> tuple[int, bytes]:
         k = int(np.searchsorted(self._times, self.time + 1e-9, side="right")) - 1
         if self._drawn[0] != k:
-            self._drawn = k, encode(self._scene, float(self._times[k]), self._recorded.frame(k))
+            self._drawn = k, encode(self._scene, float(self._times[k]), self._recorded.frame(k), self._numbers(k))
         return self._drawn
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from softhand.recording.recorded import read_scenario
 from softhand.sensing.observation import Observation
 from softhand.simulation.simulation import Simulation
 from softhand.viewer.live.newest import Newest
 from softhand.viewer.live.page import Page
 from softhand.viewer.live.server import DEFAULT_PORT, LOOPBACK
-from softhand.viewer.live.stream import describe, encode
+from softhand.viewer.live.stream import Words, describe, encode
 
 
 class Viewer(Page):
@@ -33,7 +34,8 @@ class Viewer(Page):
     def __init__(self, simulation: Simulation, host: str = LOOPBACK, port: int = DEFAULT_PORT) -> None:
         newest = self._newest = Newest(simulation)
         self._drawn = (-1, b"")
-        super().__init__(newest.scene, describe(newest.scene, newest.bounds, "", None), host, port)
+        words = Words.of(read_scenario(simulation.scenario))
+        super().__init__(newest.scene, describe(newest.scene, newest.bounds, words, None), host, port)
 
     def show(self, observation: Observation) -> None:
         """Show this; if the last picture is younger than 1/60 s, note slips alone."""
@@ -42,5 +44,5 @@ class Viewer(Page):
     def _render(self) -> tuple[int, bytes]:
         count = self._newest.count
         if self._drawn[0] != count:
-            self._drawn = count, encode(self._scene, *self._newest.draw())
+            self._drawn = count, encode(self._scene, *self._newest.draw(), self._newest.readings())
         return self._drawn

@@ -21,8 +21,11 @@ function short(value) {
 }
 
 class Chart {
-  /** panel: {title, unit, least, floor, top, limit, marks}; curves: [{time, values, color, dash, width, label, run, marks, bars}]. */
-  constructor(panel, curves, stops, end, seek) {
+  /**
+   * panel: {title, unit, least, floor, top, limit, marks, down}; curves: [{time, values, color, dash, width, label, run, marks, bars}];
+   * runs: [{label, color}], each with a row of values of its own; none where there is but one.
+   */
+  constructor(panel, curves, stops, end, seek, runs = []) {
     Object.assign(this, { panel, curves, stops, end });
     this.barred = curves.filter((curve) => curve.bars && curve.bars.length);
     this.element = document.createElement("figure");
@@ -35,6 +38,16 @@ class Chart {
     part("b").textContent = panel.title;
     part(".unit").textContent = `[${panel.unit}]`;
     part(".note").textContent = panel.note || "";
+    this.rows = runs.map(({ label, color }) => {
+      const row = document.createElement("div"), name = document.createElement("b"), values = document.createElement("span");
+      row.className = "row";
+      row.style.setProperty("--run", color);
+      values.style.display = "contents";
+      name.textContent = label;
+      row.append(name, values);
+      this.area.before(row);
+      return values;
+    });
     this.area.addEventListener("pointerdown", (event) => {
       this.area.setPointerCapture(event.pointerId);
       seek(this.timeAt(event));
@@ -75,7 +88,8 @@ class Chart {
     pen.scale(sharp, sharp);
     const inner = height - MARGIN.top - MARGIN.bottom, [low, high] = this.range();
     const x = (time) => MARGIN.left + (time / this.end) * this.width;
-    const y = (value) => MARGIN.top + inner * (1 - (value - low) / (high - low));
+    const share = (value) => (value - low) / (high - low);
+    const y = (value) => MARGIN.top + inner * (this.panel.down ? share(value) : 1 - share(value));
     this.x = x;
     const line = (points, color, thick, dash = []) => {
       pen.strokeStyle = color;
@@ -159,7 +173,7 @@ class Chart {
       }
       const value = curve.values[time - curve.time[low] < curve.time[high] - time ? low : high];
       const piece = document.createElement("span");
-      piece.style.color = curve.color;
+      piece.style.color = curve.ink || curve.color;
       piece.textContent = (labelled ? `${curve.label}  ` : "") + short(value);
       return piece;
     });
@@ -175,8 +189,10 @@ class Chart {
     this.tip.style.right = right ? `${this.area.clientWidth - this.x(time) + 8}px` : "auto";
   }
 
-  setTime(time, readout) {
+  setTime(time) {
     this.cursor.style.transform = `translateX(${this.x ? this.x(time) : 0}px)`;
-    if (readout) this.values.replaceChildren(...this.at(time, false));
+    const pieces = this.at(time, false);
+    if (!this.rows.length) this.values.replaceChildren(...pieces);
+    this.rows.forEach((row, run) => row.replaceChildren(...pieces.filter((_, k) => this.curves[k].run === run)));
   }
 }

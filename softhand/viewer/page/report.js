@@ -4,6 +4,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const find = (name) => document.querySelector(name);
 const many = data.runs.length > 1;
+const RUN_COLORS = ["#0b8aa8", "#7b3fb5", "#8a6500", "#b3245f"]; // none of a finger
 
 function make(tag, name = "", text = "", parent = null) {
   const element = document.createElement(tag);
@@ -25,6 +26,21 @@ function sample(color, dash, width, parent) {
   parent.prepend(picture);
 }
 
+/** The badge of a run, and its colour for all that stands with it. */
+function badge(run, parent) {
+  const element = make("span", "badge", run.label);
+  parent.style.setProperty("--run", RUN_COLORS[data.runs.indexOf(run)]);
+  parent.prepend(element);
+}
+
+/** The colour of a curve in a run: the hue tells the finger, how dark it is tells the run. */
+function shade(color, run) {
+  if (!run) return color;
+  const [toward, share] = [null, [255, 0.42], [0, 0.42], [255, 0.62]][run];
+  const part = (k) => parseInt(color.slice(1 + 2 * k, 3 + 2 * k), 16);
+  return rgb([0, 1, 2].map((k) => ((1 - share) * part(k) + share * toward) / 255));
+}
+
 const rgb = (color) => `rgb(${color.map((part) => Math.round(255 * part)).join(",")})`;
 
 function showHeads() {
@@ -33,7 +49,7 @@ function showHeads() {
     const head = make("div", "head", "", find(".heads"));
     const title = make("h1", "", run.title, head);
     title.title = run.title;
-    if (many) title.prepend(make("span", "badge", run.label));
+    if (many) badge(run, title);
     make("p", "", run.subtitle, head);
     if (run.stop) make("p", "stop", run.stop, head);
   }
@@ -63,7 +79,10 @@ function showFilm(run) {
   const film = make("div", "film", "", find(".films")), screen = make("div", "screen", "", film);
   const canvas = make("canvas", "", "", screen);
   const name = make("div", "over name", data.filmOnly ? run.title : "", screen);
-  if (many) name.prepend(make("span", "badge", run.label));
+  if (many) {
+    badge(run, name);
+    film.style.setProperty("--run", RUN_COLORS[data.runs.indexOf(run)]);
+  }
   if (run.stop && data.filmOnly) make("div", "stop", run.stop, name);
   make("div", "over time", "", screen);
   const slip = make("div", "slip", "", name);
@@ -71,6 +90,7 @@ function showFilm(run) {
   try {
     const stage = new Stage(canvas, run.film);
     stage.element = screen;
+    stage.overlay = new Overlay(stage, screen, run.film);
     stage.drawn = () => (slip.textContent = stage.slipping());
     const views = make("div", "views", "", screen);
     for (const view of Object.keys(Orbit.VIEWS)) make("button", "", view, views).onclick = () => stage.orbit.view(view);
@@ -123,13 +143,13 @@ function showLayers(stages) {
 
 /** What happened, as buttons that lead there; the list is one stop of the Tab key, up and down go through it. */
 function showEvents(seek) {
-  const events = data.runs.flatMap((run) => run.events.map((event) => ({ ...event, label: run.label })));
+  const events = data.runs.flatMap((run) => run.events.map((event) => ({ ...event, run })));
   events.sort((one, other) => one.time - other.time);
   find(".events").hidden = !events.length;
   const list = find(".events ol");
   const buttons = events.map((event, k) => {
     const button = make("button", "", "", make("li", "", "", list));
-    if (many) make("span", "", event.label, button);
+    if (many) badge(event.run, make("span", "", "", button));
     for (const text of [`${event.time.toFixed(3)} s`, event.kind, event.finger.replaceAll("_", " "), event.text]) make("span", "", text, button);
     button.tabIndex = k ? -1 : 0;
     button.onfocus = () => buttons.forEach((other) => (other.tabIndex = other === button ? 0 : -1));
@@ -156,7 +176,8 @@ function showFacts() {
   const facts = find(".facts"), table = make("table", "", "", facts);
   if (many) {
     const row = make("tr", "", "", make("thead", "", "", table));
-    for (const text of ["", ...data.runs.map((run) => run.label)]) make("th", "", text, row);
+    make("th", "", "", row);
+    for (const run of data.runs) badge(run, make("th", "", "", row));
   }
   const body = make("tbody", "", "", table), names = new Set(data.runs.flatMap((run) => run.facts.map(([name]) => name)));
   for (const name of names) {
@@ -165,7 +186,10 @@ function showFacts() {
     for (const run of data.runs) make("td", "", (run.facts.find(([other]) => other === name) || ["", "–"])[1], row);
   }
   for (const run of data.runs) {
-    for (const note of run.notes) make("p", "", (many ? `${run.label}: ` : "") + note, facts);
+    for (const note of run.notes) {
+      const line = make("p", "", note, facts);
+      if (many) badge(run, line);
+    }
   }
   if (many) showLegend(data.runs, facts);
   for (const run of data.runs) {
@@ -180,7 +204,13 @@ function showKeys() {
   const key = (text, color, dash, width) => sample(color, dash, width, make("span", "", text, keys));
   for (const finger of data.fingers) key(finger.text, finger.color, [], 3);
   key("desired", "#000000", [], 1);
-  if (many) data.runs.forEach((run, k) => key(run.label, "#52606d", DASHES[k], 2));
+  if (many) data.runs.forEach((run, k) => {
+    const line = make("span", "", "", keys);
+    badge(run, line);
+    const colors = [RUN_COLORS[k], ...data.fingers.slice(0, 3).map((finger) => shade(finger.color, k))];
+    for (const color of colors.reverse()) sample(color, DASHES[k], 2, line);
+    line.prepend(line.querySelector(".badge"));
+  });
 }
 
 function showPlots(seek) {
@@ -192,19 +222,22 @@ function showPlots(seek) {
     const card = make("section", "block", "", grid);
     make("h2", "", block.title, card);
     return block.panels.map((panel) => {
+      const above = Array(data.runs.length).fill(0); // a narrower curve leaves an equal one below it in sight
       const curves = panel.curves.map((curve) => ({
         ...curve,
+        ink: curve.of_run && many ? RUN_COLORS[curve.run] : curve.color, // of its value: pale letters are hard to read
+        color: curve.desired || !many ? curve.color : curve.of_run ? RUN_COLORS[curve.run] : shade(curve.color, curve.run),
         time: times[curve.run],
         values: unpack(curve.values),
         dash: curve.desired ? [] : DASHES[curve.run],
-        width: curve.desired ? 0.9 : many ? 1.4 : 1.6,
+        width: curve.desired ? 0.9 : 1.1 + 1.2 * 0.6 ** above[curve.run]++,
         label: (many ? `${data.runs[curve.run].label} ` : "") + curve.label,
       }));
-      const chart = new Chart(panel, curves, stops, data.end, seek);
+      const chart = new Chart(panel, curves, stops, data.end, seek, many ? data.runs.map((run, k) => ({ label: run.label, color: RUN_COLORS[k] })) : []);
       card.append(chart.element);
       new ResizeObserver(() => {
         chart.draw();
-        chart.setTime(clock.time, !many);
+        chart.setTime(clock.time);
       }).observe(chart.area);
       return chart;
     });
@@ -222,7 +255,7 @@ const clock = {
   set(time) {
     this.time = Math.max(0, Math.min(data.end, time));
     for (const stage of this.stages) stage.setTime(this.time);
-    for (const chart of this.charts) chart.setTime(this.time, !many);
+    for (const chart of this.charts) chart.setTime(this.time);
     this.tell(this.time);
     find(".scrub").value = this.time;
     find(".now").textContent = `${this.time.toFixed(3)} / ${data.end.toFixed(2)} s`;
@@ -291,12 +324,14 @@ function fromAddress() {
 
 async function start() {
   document.body.classList.toggle("many", many);
+  document.body.style.setProperty("--runs", data.runs.length);
   document.body.classList.toggle("film-only", data.filmOnly);
   showHeads();
   await inflate(data.arrays);
   clock.stages = data.runs.map(showFilm).filter(Boolean);
   showLayers(clock.stages);
   showFacts();
+  if (many && data.filmOnly) showLegend(data.runs, find("main"));
   clock.tell = showEvents((time) => clock.seek(time));
   clock.charts = showPlots((time) => clock.seek(time));
   tie(clock.stages);

@@ -52,8 +52,8 @@ class Body {
     if (item.kind === "lines") {
       this.object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
     } else {
-      Object.assign(look, { shininess: 18, specular: new THREE.Color(0.06, 0.06, 0.06), side: THREE.DoubleSide });
-      this.object = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial(look));
+      look.side = THREE.DoubleSide; // lit by vertex: where there is no graphics card a light a pixel takes twice as long
+      this.object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial(look));
       geometry.computeVertexNormals();
     }
     if (item.on_top) this.object.renderOrder = 1;
@@ -135,6 +135,7 @@ class Orbit {
     );
     this.camera.lookAt(this.target);
     this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
   }
 
   listen(canvas) {
@@ -167,6 +168,59 @@ class Orbit {
     const length = (2 * this.distance * this.bounds.radius) / height;
     const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, axis));
     this.target.addScaledVector(right, -length * across).addScaledVector(up, length * down);
+  }
+}
+
+/** What stands above the picture: the names of the fingers, and in a corner the axes of the world and gravity. */
+class Overlay {
+  static AXES = [["x", "#c0392b", [1, 0, 0]], ["y", "#1e8449", [0, 1, 0]], ["z", "#1f5fbf", [0, 0, 1]]];
+
+  constructor(stage, parent, film) {
+    Object.assign(this, { stage, parent, gravity: film.gravity, middle: new THREE.Vector3() });
+    this.triad = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    this.triad.setAttribute("class", "triad");
+    this.triad.setAttribute("viewBox", "-42 -42 84 84");
+    this.triad.setAttribute("role", "img");
+    this.triad.setAttribute("aria-label", film.gravity ? "axes of the world, and gravity g" : "axes of the world");
+    parent.append(this.triad);
+    this.names = film.fingers.map(({ tip, text }) => {
+      const label = document.createElement("span");
+      label.className = "finger";
+      label.textContent = text;
+      parent.append(label);
+      return { label, body: stage.bodies.find((body) => body.name === `tips/${tip}`) };
+    });
+  }
+
+  draw() {
+    const { camera, upright } = this.stage.orbit, [width, height] = this.stage.size;
+    for (const { label, body } of this.names) {
+      label.hidden = !body || !body.object.visible;
+      if (label.hidden) continue;
+      const points = body.vertices.array, count = points.length / 3;
+      this.middle.set(0, 0, 0);
+      for (let k = 0; k < points.length; k += 3) this.middle.x += points[k], this.middle.y += points[k + 1], this.middle.z += points[k + 2];
+      this.middle.divideScalar(count).applyMatrix4(body.object.matrix).applyMatrix4(upright).project(camera);
+      const x = 0.5 * width * (1 + this.middle.x), y = 0.5 * height * (1 - this.middle.y);
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -38px)`;
+    }
+    this.drawAxes(camera, upright);
+  }
+
+  /** Arrows as they stand before the camera, the nearest last. */
+  drawAxes(camera, upright) {
+    const back = camera.quaternion.clone().invert();
+    const arrows = Overlay.AXES.map(([name, color, way]) => [name, color, 25, new THREE.Vector3(...way).applyMatrix4(upright)]);
+    if (this.gravity) arrows.push(["g", "#1f2933", 34, new THREE.Vector3(0, 0, -1)]);
+    for (const arrow of arrows) arrow[3].applyQuaternion(back);
+    arrows.sort((one, other) => one[3].z - other[3].z);
+    this.triad.innerHTML = arrows.map(([name, color, length, { x, y }]) => {
+      const flat = Math.hypot(x, y) || 1, [a, b] = [x / flat, -y / flat], [u, v] = [length * x, -length * y];
+      const sides = [-1, 1].map((side) => `M${u} ${v}L${u - 6 * a - 3.5 * side * b} ${v - 6 * b + 3.5 * side * a}`);
+      const off = name === "g" ? [8, -2] : [8 * a, 8 * b], dash = name === "g" ? ' stroke-dasharray="4 2"' : "";
+      return `<g stroke="${color}" stroke-width="2.2" fill="none"><path d="M0 0L${u} ${v}"${dash}/><path d="${sides.join("")}"/></g>` +
+        `<text x="${u + off[0]}" y="${v + off[1]}" fill="${color}">${name}</text>`;
+    }).join("");
   }
 }
 
@@ -235,6 +289,7 @@ class Stage {
     if (!this.size) return;
     for (const body of this.bodies) body.object.visible = body.shown && this.layers[body.layer];
     this.drawn(this);
+    if (this.overlay) this.overlay.draw();
     this.renderer.render(this.scene, this.orbit.camera);
   }
 }

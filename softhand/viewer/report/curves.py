@@ -89,13 +89,15 @@ class _Curves:
             yield self._limit_surface()
         yield from self._torques()
 
-    def _curve(self, values: AnyArray, color: str, label: str, desired: bool = False) -> Data:
+    def _curve(self, values: AnyArray, color: str, label: str, desired: bool = False, of_run: bool = False) -> Data:
+        """A curve; one `of_run` is that of no finger: among several runs it has the colour of its run."""
         return {
             "run": self._run,
             "values": self._store.add(values[self._samples], "f4"),
             "color": color,
             "label": label,
             "desired": desired,
+            "of_run": of_run,
         }
 
     def _fingers(self, values: AnyArray) -> list[Data]:
@@ -109,10 +111,12 @@ class _Curves:
                 curves = []
                 for n, k in enumerate(group):
                     label, color = quantity.labels[k], OBJECT if len(group) == 1 else finger_color(n)
-                    curves.append(self._curve(quantity.values[:, k], color, label))
+                    curves.append(self._curve(quantity.values[:, k], color, label, of_run=len(group) == 1))
                     curves.append(self._curve(quantity.desired[:, k], _DESIRED, f"{label} desired", desired=True))
                 title = ", ".join(quantity.labels[k] for k in group)
-                yield _Panel(quantity.title, {"title": title, "unit": quantity.unit, "least": quantity.least}, curves)
+                down = bool(quantity.falling) and quantity.falling[group[0]]
+                looks = {"title": title, "unit": quantity.unit, "least": quantity.least, "down": down}
+                yield _Panel(quantity.title, looks, curves)
 
     def _limit_surface(self) -> _Panel:
         """The use of the coupled limit, with bars where a tip slips."""
@@ -126,6 +130,7 @@ class _Curves:
 
     def _torques(self) -> Iterator[_Panel]:
         """First joints of all fingers, second joints, and so on, with marks where an effort limit cut."""
+        block = "Joint torques" if "N m" in self._recording.units("joint_torque") else "Joint forces"
         recording, names = self._recording, self._recording.labels["joint"]
         hand = joints_of_fingers(names, recording.labels["contact"])
         for rank, joints in enumerate(zip_longest(*hand)):
@@ -138,7 +143,7 @@ class _Curves:
             note = "■ limit" if any(torque["marks"] for torque in curves) else ""
             what, unit = torque_and_unit(recording, [joint for joint in joints if joint is not None])
             title = f"joint {rank + 1}" if what == "torque" else f"joint {rank + 1}, {what}"
-            yield _Panel("Joint torques", {"title": title, "unit": unit, "least": 0.1, "note": note}, curves)
+            yield _Panel(block, {"title": title, "unit": unit, "least": 0.1, "note": note}, curves)
 
 
 def _looks_of(quantity: ContactQuantity) -> Data:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,17 +25,18 @@ _LARGEST = 4096  # [px]
 
 
 def write_film(
-    recording: Recording,
+    recording: Recording | Sequence[Recording],
     path: str | os.PathLike[str],
     fps: float = 30.0,
     size: tuple[int, int] = (1280, 720),
     speed: float = 1.0,
     progress: Callable[[float], None] = lambda done: None,
 ) -> None:
-    """Write the film of a run, whole or not at all.
+    """Write the film of a run, or of several side by side, whole or not at all.
 
     Args:
-        recording: an incomplete one plays as far as it goes, and the film says why.
+        recording: one, or up to four with one clock, camera and scale; an incomplete one plays as far as it goes, and
+            the film says why.
         path: file to write, its format by its ending: .mp4 or .gif; an older one is replaced.
         fps: pictures a second of film.
         size: width and height [px].
@@ -52,13 +53,14 @@ def write_film(
     _check(path, ending, fps, size, speed)
     encode = encode_gif if ending == "gif" else mp4_encoder(find_ffmpeg())
     find_chromium()
+    runs = [recording] if isinstance(recording, Recording) else list(recording)
     page = report_page(
-        [recording], fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
+        runs, fps / speed, _MOST_FRAMES, film_only=True, progress=lambda done: progress(_PREPARING * done)
     )
     with tempfile.TemporaryDirectory(prefix="softhand-film-") as folder:
         file = Path(folder, "film.html")
         write_whole(file, page.encode)
-        content = encode(_pictures(file, size, _times(recording, fps, speed), progress), fps)
+        content = encode(_pictures(file, size, _times(runs, fps, speed), progress), fps)
     write_whole(path, lambda: content)
 
 
@@ -78,9 +80,10 @@ def _check(path: Path, ending: str, fps: float, size: tuple[int, int], speed: fl
         )
 
 
-def _times(recording: Recording, fps: float, speed: float) -> Iterator[tuple[float, float]]:
+def _times(runs: Sequence[Recording], fps: float, speed: float) -> Iterator[tuple[float, float]]:
     """Simulated time of each picture, and what is done with it, 0 to 1; the last sample is among them."""
-    first, last = float(recording.time[0]), float(recording.time[-1])
+    first = min(float(recording.time[0]) for recording in runs)
+    last = max(float(recording.time[-1]) for recording in runs)
     count = int(np.ceil((last - first) * fps / speed - 1e-9)) + 1
     for k in range(count):
         yield min(first + k * speed / fps, last), (k + 1) / count

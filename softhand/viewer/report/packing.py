@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from softhand.numerics.arrays import AnyArray
+from softhand.plots.quantities import finger_name
 from softhand.recording.recording import Recording
 from softhand.viewer.report.store import Data, Store
 from softhand.viewer.scene.item import Item, Update
@@ -51,6 +52,8 @@ def pack_film(
     return {
         "times": store.add(recording.time[frames], "f4"),
         "bounds": scene.bounds.plain(),
+        "gravity": scene.has_gravity,
+        "fingers": [{"tip": tip, "text": finger_name(tip)} for tip in scene.tips],
         "layers": [{"key": key, "title": title, "shown": True} for key, title in scene.layers.items()],
         "legend": [
             {"text": e.text, "colors": e.colours, "layer": e.layer, "ends": e.ends, "ring": e.ring}

@@ -121,7 +121,7 @@ def _text_of(recording: Recording) -> Data:
 
 def _fill(data: Data) -> str:
     """The page with everything put into it."""
-    parts = {name: page_file(name) for name in ("report.css", "stage.js", "chart.js", "report.js")}
+    parts = {name: page_file(name) for name in ("report.css", "chart.css", "stage.js", "chart.js", "report.js")}
     parts["three"] = three_file()
     parts["licences"] = _as_data(json.loads(three_file(LICENCES)))
     parts["data"] = _as_data(data)

@@ -76,6 +76,8 @@ class Scene:
         legend: what the colours mean.
         unread: meshes of the URDFs that could not be read; they are left out.
         skeleton: of the hand, as it was drawn last.
+        tips: names of the tip frames.
+        has_gravity: whether anything falls; it does so downwards in the upright picture.
 
     Raises:
         ModelError: a URDF cannot be read.
@@ -83,6 +85,7 @@ class Scene:
 
     def __init__(self, cast: Cast, scales: Scales) -> None:
         self._upright = upright(cast.gravity)
+        self.tips, self.has_gravity = cast.tips, any(cast.gravity)
         self.skeleton = Skeleton(cast.hand)
         self.unread: list[str] = []
         self._parts = self._make_parts(cast, scales)
