@@ -81,7 +81,20 @@ class Scenario(Settings):
         Raises:
             ScenarioError: a key or value is wrong, or the sections no longer agree.
         """
-        return read_settings(Scenario, overridden(self.model_dump(exclude_none=True), values), "")
+        changed = self._with_sections(values)
+        return changed or read_settings(Scenario, overridden(self.model_dump(exclude_none=True), values), "")
+
+    def _with_sections(self, values: Mapping[str, Any]) -> Scenario | None:
+        """The same, reading no section but those that change; None for other keys, and where something is wrong."""
+        before = {name: getattr(self, name) for name in {key.split(".")[0] for key in values} & _SECTIONS}
+        try:
+            tables = overridden({name: own.model_dump(exclude_none=True) for name, own in before.items()}, values)
+            if tables.keys() != before.keys():
+                return None
+            update = {name: type(own).model_validate(tables[name]) for name, own in before.items()}
+            return self.model_copy(update=update)._sections_agree()
+        except (ScenarioError, ValueError):  # told by whoever reads all
+            return None
 
     def to_toml(self) -> str:
         """Return the scenario as the text of a TOML file; reading it gives an equal scenario."""
@@ -89,6 +102,10 @@ class Scenario(Settings):
             return tomli_w.dumps(self.model_dump(exclude_none=True))
         except TypeError as error:
             raise ScenarioError(f"The scenario cannot be written as TOML: {error}.", key="", value=self) from error
+
+
+_SECTIONS = {"hand", "object", "fingertip", "grasp", "controller", "reference", "stepper", "record"}
+"""Those that are always there."""
 
 
 def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
