@@ -13,10 +13,8 @@ from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
 from softhand.laws.law import Law, compile_law
 from softhand.model.world import World, load_world
-from softhand.references.reference import Reference
 from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp
-from softhand.steppers.stepper import Stepper
 
 _OF_BODY = ("urdf", "ellipsoid", "hull")
 _OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm"}

@@ -178,11 +178,18 @@ def _run(resolved: Callable[[], Setup], keep: Keep, seat: _Seat, stop: Event) ->
             if run.law is not None:
                 return _Done(*run.go(stop.is_set), labels_of(run.plant, is_pushed=True), True)
         return _run_in_python(setup, keep, stop)
-    except (GraspError, LawError, ModelError) as error:
-        reason = {GraspError: "grasp", LawError: "law", ModelError: "model"}[type(error)]
-        return _Done(Outcome(reason, 0.0, str(error)), {}, {}, False)
-    except SimulationStopped as error:  # a law that cannot begin
-        return _Done(Outcome(error.reason, 0.0, str(error)), {}, {}, False)
+    except SofthandError as error:
+        return _Done(Outcome(_reason(error), 0.0, str(error)), {}, {}, False)
+
+
+def _reason(error: SofthandError) -> str:
+    """One word for why a run could not begin."""
+    if isinstance(error, SimulationStopped):
+        return error.reason
+    return next((name for kind, name in _REASONS.items() if isinstance(error, kind)), "scenario")
+
+
+_REASONS: dict[type[SofthandError], str] = {GraspError: "grasp", LawError: "law", ModelError: "model"}
 
 
 def _run_in_python(setup: Setup, keep: Keep, stop: Event) -> _Done:

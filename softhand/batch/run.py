@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +28,8 @@ from softhand.batch.loop import (
     look,
     run_periods,
 )
-from softhand.errors import ControllerError, SimulationStopped
+from softhand.controllers.controller import Controller
+from softhand.errors import SimulationStopped
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.layouts import Layouts
@@ -36,6 +38,7 @@ from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted
+from softhand.simulation.asking import at_fault, raised_by
 from softhand.simulation.faults import HEALTHY, stopped
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push, PushTable, push_table
@@ -86,6 +89,15 @@ def _pushes(setup: Setup, plant: Plant) -> PushTable:
     return push_table(plant, [Push(**push.model_dump()) for push in setup.asked.push])
 
 
+@contextmanager
+def _blamed(controller: Controller) -> Iterator[None]:
+    """Whatever is raised inside is an error of the controller at the start."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        raise raised_by(controller, error, 0.0) from error
+
+
 class CompiledRun:
     """One run, ready to go; it has all its memory to itself.
 
@@ -108,7 +120,8 @@ class CompiledRun:
         self._observation = sensor.observation
         now[:] = self._table(0, 0)[0, 1:]
         observation = sensor.observe(self._state, 0.0)
-        self.law = setup.controller.compiled(observation)
+        with _blamed(setup.controller):
+            self.law = setup.controller.compiled(observation)
         self._forget()
         if self.law is None:
             return
@@ -169,8 +182,10 @@ class CompiledRun:
             return False
         self._setup = setup
         plan.now[:] = self._table(0, 0)[0, 1:]
-        if not self.law.become(setup.controller, self._sensor.observe(self._state, 0.0)):
-            return False
+        observation = self._sensor.observe(self._state, 0.0)
+        with _blamed(setup.controller):
+            if not self.law.become(setup.controller, observation):
+                return False
         self._forget()
         plan.effort_limit[:] = self._observation.effort_limit
         for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
@@ -248,7 +263,7 @@ class CompiledRun:
         if fault != BAD_TORQUE:
             return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
-        name, self._observation.__dict__["time"] = type(controller).__name__, time
+        self._observation.__dict__["time"] = time
         assert self.law is not None
         error = controller.complaint(self._observation, self.law)
         if isinstance(error, SimulationStopped):
@@ -256,9 +271,7 @@ class CompiledRun:
         what = f"raised {type(error).__name__}: {error}"
         if error is None:
             what = f"returned a torque with NaN or infinity: {self._plan.command.tolist()} N m"
-        return ControllerError(
-            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
-        )
+        return at_fault(controller, what, time)
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self._plan.rows[: self._plan.progress[SAMPLES]].copy()

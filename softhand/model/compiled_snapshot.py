@@ -42,7 +42,7 @@ class CompiledSnapshot:
         self._q, self._v = np.zeros(world.model.nq), np.zeros(world.model.nv)
 
     def become(self, world: World) -> None:
-        """Be that of another world of the same hand and object, with other gravity and another mass, in the same memory."""
+        """Be that of another world of the same hand and object, with other gravity and another mass."""
         reread_tree(self.tree, world.model)
         for array in (self.M, self.J, self.nle, self.poses[1:]):
             array[...] = 0.0

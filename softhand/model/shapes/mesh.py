@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from softhand.model.shapes.mesh_file import Mesh, refused
 from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.numerics.arrays import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 Triangles = NDArray[np.int64]
 
@@ -32,6 +36,8 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     Raises:
         ModelError: the mesh is flat, open, inside out or not convex, or has too many faces.
     """
+    from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
+
     vertices, triangles = _welded(mesh)
     size = _size(vertices)
     _check_thickness(vertices, size, mesh.name)
@@ -154,6 +160,8 @@ def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDAr
     if len(members) == 3:
         a, b, c = vertices[members]
         return members if np.cross(b - a, c - a) @ normal > 0.0 else members[::-1]
+    from scipy.spatial import ConvexHull
+
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     flat = vertices[members] @ np.column_stack([first, np.cross(normal, first)])
