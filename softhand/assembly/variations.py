@@ -46,8 +46,7 @@ class Variations:
         self.scenario, self._controller, self._law = scenario, controller, law
         self._hand, self._object = read_hand(scenario), read_object(scenario)
         self.setup = resolve(scenario, controller, law)
-        laws = {contact.law for contact in (*self.setup.fingertips, *self.setup.supports)}
-        self._code = {law: compile_law(law) for law in laws}
+        self._code = {tip.law: compile_law(tip.law) for tip in self.setup.fingertips}
 
     def at(self, values: Mapping[str, Any]) -> Setup:
         """The scenario with some values changed.

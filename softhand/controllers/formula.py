@@ -71,7 +71,8 @@ class Law:
         self._entry, self._place = _CALL(self.call.code), self.call.place
         self._plain, self._arguments = code.plain, arguments
         self._structure = _structure(arguments[1])
-        self._reals, self._straight = layouts.places_of_numbers(arguments), None
+        self._reals = layouts.places_of_numbers(arguments)
+        self._straight: Addressed | None = None
 
     def __call__(self, memory: Array) -> tuple[Array, Array]:
         """Torque and the memory after it, both new; the memory that is handed in stays as it is."""

@@ -97,7 +97,7 @@ class Plant:
         Returns:
             False where it differs in more, in the hand, in a shape or in what is zero; then this plant is of no use.
         """
-        snapshot, every = self.snapshot, (*fingertips, *supports)
+        snapshot, every = self.snapshot, [*fingertips, *supports]
         if not (isinstance(snapshot, CompiledSnapshot) and world.joints is self.world.joints):
             return False
         if len(every) != len(self.materials) or memory_size(every) != self.n_memory:
@@ -110,7 +110,7 @@ class Plant:
         self._structure = structure_of(pads), structure_of(snapshot.tree.joints)
         if self._structure != before:
             return False
-        self.world, self.rigid, self._code, self.materials = world, RigidTerms(world.model), code, every
+        self.world, self.rigid, self._code, self.materials = world, RigidTerms(world.model), code, tuple(every)
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         self.pads[...] = pads
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0

@@ -65,11 +65,14 @@ class Scenario(Settings):
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
+        self._agree()
+        return self
+
+    def _agree(self) -> None:
         check_counts(self.hand, self.grasp, self.reference)
         check_opening(self.grasp, self.fingertip)
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
-        return self
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """Return a checked copy with some values changed.
@@ -92,7 +95,9 @@ class Scenario(Settings):
             if tables.keys() != before.keys():
                 return None
             update = {name: type(own).model_validate(tables[name]) for name, own in before.items()}
-            return self.model_copy(update=update)._sections_agree()
+            changed = self.model_copy(update=update)
+            changed._agree()
+            return changed
         except (ScenarioError, ValueError):  # told by whoever reads all
             return None
 
