@@ -106,6 +106,54 @@ def test_a_run_that_ends_early_keeps_its_samples_and_disturbs_no_other() -> None
     assert_array_equal(runs.object_position[0], whole.object_position[0])
 
 
+class Fragile(Controller):
+    """Fails at its start for some settings."""
+
+    K: float = 0.02
+
+    def start(self, observation: Any) -> Any:
+        return np.array([1.0 / self.K])
+
+    @staticmethod
+    def formula(observed: Any, settings: Any, memory: Any, torque: Any) -> None:
+        for j in range(torque.shape[0]):
+            torque[j] = observed.gravity_torque[j] - settings.K * observed.joint_velocity[j]
+
+
+def test_a_controller_that_cannot_begin_ends_its_run_only() -> None:
+    """Constants that do not fit the hand, and whatever the start of a law of one's own raises."""
+    runs = rollout(SHORT, {"controller.K_v": [0.005, (0.005, 0.005), 0.006]}, threads=1)
+    assert [outcome.reason for outcome in runs.outcomes] == ["finished", "scenario", "finished"]
+    assert "K_v" in runs.outcomes[1].message and np.isnan(runs.object_position[1]).all()
+    alone = rollout(SHORT, {"controller.K_v": [0.006]})
+    assert_array_equal(runs.object_position[2], alone.object_position[0])
+    (lost,) = rollout(SHORT, [{}], controller=Fragile(K=0.0)).outcomes
+    assert lost.reason == "controller" and "ZeroDivisionError" in lost.message and "Fragile" in lost.message
+
+
+def test_runs_of_one_thread_leave_nothing_to_the_next() -> None:
+    """After a run that was lost, and after others of another structure, to the last bit."""
+    long = SHORT.with_values({"duration": 0.2})
+    values: list[dict[str, Any]] = [
+        {"object.mass": 0.2},
+        {"controller.K_v": 5.0},  # lost
+        {"object.mass": 0.22, "fingertip.k_r": 3.3e5, "gravity": (0.0, 0.1, -9.7)},
+        {"push": [{"force": [0.0, 0.1, 0.0], "start": 0.01, "duration": 0.02}]},
+        {"push": [{"force": [0.1, 0.0, 0.0], "start": 0.03, "duration": 0.02}], "object.mass": 0.21},
+        {"fingertip.contact": "coulomb"},
+        {"reference.duration": 0.5, "fingertip.contact": "coulomb", "fingertip.friction": 0.9},
+        {"object.position": [0.0, 0.0005, 0.127]},
+    ]
+    runs = rollout(long, values, threads=1, variables=("contact_force", "joint_torque", "external_force"))
+    assert runs.compiled.all() and runs.outcomes[1].reason != "finished"
+    for index in range(len(values)):
+        alone = rollout(long, values[index : index + 1], variables=("contact_force", "joint_torque", "external_force"))
+        assert alone.outcomes[0] == runs.outcomes[index]
+        for name in runs.variables:
+            shared = alone[name][0]
+            assert_array_equal(runs[name][index][: len(shared)], shared, err_msg=f"{index} {name}")
+
+
 @pytest.mark.parametrize(
     ("variations", "told"),
     [

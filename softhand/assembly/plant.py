@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from softhand.assembly.parts import read_fingertips
 from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import object_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
-from softhand.laws.law import Law
+from softhand.laws.law import CompiledLaw, Law
 from softhand.model.body import ObjectModel
 from softhand.model.hand import HandModel
 from softhand.model.urdf.mounting import TipPlace
@@ -72,9 +72,13 @@ def read_grasp(
 
 
 def solve_start(
-    scenario: Scenario, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support]
+    scenario: Scenario,
+    world: World,
+    fingertips: Sequence[Fingertip],
+    supports: Sequence[Support],
+    known: Mapping[Law, CompiledLaw] | None = None,
 ) -> Grasp:
-    """The start of a scenario at rest, in the grasp or with open fingers.
+    """The start of a scenario at rest, in the grasp or with open fingers; quickly with laws that are compiled.
 
     Raises:
         GraspError: there is none.
@@ -83,4 +87,4 @@ def solve_start(
     points, guess = section.contact_points, section.joint_guess
     if section.opening:
         return solve_open_start(world, fingertips, points, section.opening, position, rotation, supports, guess)
-    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess)
+    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known)

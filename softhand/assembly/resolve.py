@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from softhand.assembly.parts import (
@@ -38,7 +39,8 @@ class Setup:
         controller: with its settings.
         reference: what the controller is asked for.
         stepper: the time integration.
-        scenario: the same as text would have it, with the defaults of all plugins written out.
+        asked: the scenario as it was given.
+        law: at all tips in place of those of the scenario, if any.
     """
 
     world: World
@@ -48,7 +50,21 @@ class Setup:
     controller: Controller
     reference: Reference
     stepper: Stepper
-    scenario: Scenario
+    asked: Scenario
+    law: Law | None = None
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The same as text would have it, with the defaults of all plugins written out."""
+        stepper = {**written("steppers", self.stepper), "terms": self.asked.stepper.terms}
+        return self.asked.with_values(
+            {
+                "fingertip": written_fingertip(self.asked, self.law),
+                "controller": written("controllers", self.controller),
+                "reference": written("references", self.reference, "kind"),
+                "stepper": stepper,
+            }
+        )
 
 
 def resolve(scenario: Scenario, controller: Controller | None = None, law: Law | None = None) -> Setup:
@@ -68,15 +84,7 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     fingertips = read_fingertips(scenario, world, law)
     supports = read_supports(scenario, world, fingertips)
     grasp = solve_start(scenario, world, fingertips, supports)
-    told = scenario.with_values(
-        {
-            "fingertip": written_fingertip(scenario, law),
-            "controller": written("controllers", controller),
-            "reference": written("references", reference, "kind"),
-            "stepper": {**written("steppers", stepper), "terms": scenario.stepper.terms},
-        }
-    )
-    return Setup(world, fingertips, supports, grasp, controller, reference, stepper, told)
+    return Setup(world, fingertips, supports, grasp, controller, reference, stepper, scenario, law)
 
 
 def written_fingertip(scenario: Scenario, law: Law | None) -> dict[str, Any]:

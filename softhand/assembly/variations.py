@@ -6,29 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from softhand.assembly.parts import read_controller, read_fingertips, read_reference, read_stepper, written
+from softhand.assembly.parts import read_controller, read_fingertips, read_reference, read_stepper
 from softhand.assembly.plant import read_hand, read_object, read_supports, solve_start
-from softhand.assembly.resolve import Setup, resolve, written_fingertip
+from softhand.assembly.resolve import Setup, resolve
 from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
-from softhand.laws.law import Law
+from softhand.laws.law import Law, compile_law
 from softhand.model.world import World, load_world
-from softhand.references.reference import Reference
-from softhand.scenario.fingertip import FingertipSection
 from softhand.scenario.scenario import Scenario
-from softhand.scenario.task import ControllerSection, ReferenceSection, StepperSection
-from softhand.settings.settings import Settings, read_settings
 from softhand.start.grasp import Grasp
-from softhand.steppers.stepper import Stepper
 
 _OF_BODY = ("urdf", "ellipsoid", "hull")
 _OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm"}
-_TOLD: dict[str, type[Settings]] = {
-    "fingertip": FingertipSection,
-    "controller": ControllerSection,
-    "reference": ReferenceSection,
-    "stepper": StepperSection,
-}
 
 
 class Variations:
@@ -57,6 +46,7 @@ class Variations:
         self.scenario, self._controller, self._law = scenario, controller, law
         self._hand, self._object = read_hand(scenario), read_object(scenario)
         self.setup = resolve(scenario, controller, law)
+        self._code = {tip.law: compile_law(tip.law) for tip in self.setup.fingertips}
 
     def at(self, values: Mapping[str, Any]) -> Setup:
         """The scenario with some values changed.
@@ -67,7 +57,15 @@ class Variations:
         Raises:
             SofthandError: as `Scenario.with_values` and `resolve`.
         """
-        before, now, base = self.scenario, self.scenario.with_values(values), self.setup
+        return self.to(self.scenario.with_values(values))
+
+    def to(self, now: Scenario) -> Setup:
+        """Another scenario, which may differ in anything and is quick where it differs in little.
+
+        Raises:
+            SofthandError: as `resolve`.
+        """
+        before, base = self.scenario, self.setup
         changed = {name for name in Scenario.model_fields if getattr(now, name) != getattr(before, name)}
         if "hand" in changed or any(getattr(now.object, key) != getattr(before.object, key) for key in _OF_BODY):
             return resolve(now, self._controller, self._law)
@@ -85,9 +83,8 @@ class Variations:
             supports = read_supports(now, world, fingertips)
         grasp = _copy(base.grasp)
         if changed & _OF_START:
-            grasp = solve_start(now, world, fingertips, supports)
-        told = self._told(now, changed, controller, reference, stepper)
-        return Setup(world, fingertips, supports, grasp, controller, reference, stepper, told)
+            grasp = solve_start(now, world, fingertips, supports, self._code)
+        return Setup(world, fingertips, supports, grasp, controller, reference, stepper, now, self._law)
 
     def _fingertips(self, now: Scenario, world: World, changed: set[str]) -> Sequence[Fingertip]:
         base = self.setup.fingertips
@@ -95,21 +92,6 @@ class Variations:
         if moved or "fingertip" in changed or now.object.face_friction != self.scenario.object.face_friction:
             return read_fingertips(now, world, self._law, None if moved else [tip.face for tip in base])
         return base
-
-    def _told(
-        self, now: Scenario, changed: set[str], controller: Controller, reference: Reference, stepper: Stepper
-    ) -> Scenario:
-        """The scenario with the defaults of all plugins, as `resolve` writes it."""
-        sections: dict[str, Any] = {name: getattr(self.setup.scenario, name) for name in _TOLD}
-        tables = {
-            "fingertip": lambda: written_fingertip(now, self._law),
-            "controller": lambda: written("controllers", controller),
-            "reference": lambda: written("references", reference, "kind"),
-            "stepper": lambda: written("steppers", stepper),
-        }
-        for name in changed & set(_TOLD):
-            sections[name] = read_settings(_TOLD[name], tables[name](), name)
-        return now.model_copy(update=sections)
 
 
 def _copy(grasp: Grasp) -> Grasp:

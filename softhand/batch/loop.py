@@ -51,10 +51,8 @@ class Plan(NamedTuple):
     """Control periods between two calls of the law."""
     every: int
     """Control periods between two samples that are recorded."""
-    code: int
-    """Address of the control law, 0 for none."""
-    words: int
-    """Address of what it is called with."""
+    law: NDArray[np.int64]
+    """Address of the control law, 0 for none, and of what it is called with, shape (2,)."""
     command: Array
     """What the law answers with [N m, N], shape (n,)."""
     effort_limit: Array
@@ -128,10 +126,10 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
     if not done(plan.straight, RECORDED if is_recorded else BETWEEN):  # type: ignore[call-arg]
         parts = plan.parts if is_recorded else plan.parts_between
         fault, finger = look(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)
-    if fault == HEALTHY and plan.code != 0 and k % plan.stride == 0:
+    if fault == HEALTHY and plan.law[0] != 0 and k % plan.stride == 0:
         plan.clock[0] = time
         if not done(plan.straight, LAW):
-            call(plan.code, plan.words, plan.words)
+            call(plan.law[0], plan.law[1], plan.law[1])
         if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
             fault = BAD_TORQUE
     progress[FAULT], progress[FINGER] = fault, finger

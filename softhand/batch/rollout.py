@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from threading import Event
+from threading import Event, local
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,11 +87,11 @@ def rollout(
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
     count = _threads(threads)
     must_fit(scenarios, keeps)
-    resolved, asked, stop = _resolver(base, controller, law), Asked(), Event()
+    resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()
     done: dict[int, _Done] = {}
 
     def one(index: int) -> _Done:
-        return _run(lambda: resolved(tables[index]), keeps[index], asked, stop)
+        return _run(lambda: resolved(scenarios[index]), keeps[index], seat, stop)
 
     with ThreadPoolExecutor(count) as pool:
         futures = {pool.submit(one, index): index for index in range(len(tables))}
@@ -109,6 +109,23 @@ def rollout(
                 runs=_gathered(base, tables, done, names, every),
             ) from None
     return _gathered(base, tables, done, names, every)
+
+
+class _Seat(local):
+    """What a thread keeps from one run for the next; runs that differ in numbers alone use one memory in turn."""
+
+    last: CompiledRun | None = None
+
+    def __init__(self, asked: Asked) -> None:
+        self._asked = asked
+
+    def run(self, setup: Setup, keep: Keep) -> CompiledRun:
+        """Ready to go."""
+        last, self.last = self.last, None
+        if last is None or not last.become(setup, keep):
+            last = CompiledRun(setup, keep, self._asked)
+        self.last = last
+        return last
 
 
 class _Done(NamedTuple):
@@ -142,30 +159,37 @@ def _collect(futures: Mapping[Future[_Done], int], done: dict[int, _Done], progr
                 progress(len(done), len(futures))
 
 
-def _resolver(base: Scenario, controller: Controller | None, law: Law | None) -> Callable[[Mapping[str, Any]], Setup]:
-    """What makes the setup of a run from its values."""
+def _resolver(base: Scenario, controller: Controller | None, law: Law | None) -> Callable[[Scenario], Setup]:
+    """What makes the setup of a run."""
     try:
-        return Variations(base, controller, law).at
+        return Variations(base, controller, law).to
     except SofthandError:  # the base has no start of its own, which does not matter
-        return lambda values: resolve(base.with_values(values), controller, law)
+        return lambda scenario: resolve(scenario, controller, law)
 
 
-def _run(resolved: Callable[[], Setup], keep: Keep, asked: Asked, stop: Event) -> _Done:
+def _run(resolved: Callable[[], Setup], keep: Keep, seat: _Seat, stop: Event) -> _Done:
     """One run from its scenario to what is kept of it."""
     if stop.is_set():
         return _NOT_BEGUN
     try:
         setup = resolved()
         if is_compiled(setup):
-            run = CompiledRun(setup, keep, asked)
+            run = seat.run(setup, keep)
             if run.law is not None:
                 return _Done(*run.go(stop.is_set), labels_of(run.plant, is_pushed=True), True)
         return _run_in_python(setup, keep, stop)
-    except (GraspError, LawError, ModelError) as error:
-        reason = {GraspError: "grasp", LawError: "law", ModelError: "model"}[type(error)]
-        return _Done(Outcome(reason, 0.0, str(error)), {}, {}, False)
-    except SimulationStopped as error:  # a law that cannot begin
-        return _Done(Outcome(error.reason, 0.0, str(error)), {}, {}, False)
+    except SofthandError as error:
+        return _Done(Outcome(_reason(error), 0.0, str(error)), {}, {}, False)
+
+
+def _reason(error: SofthandError) -> str:
+    """One word for why a run could not begin."""
+    if isinstance(error, SimulationStopped):
+        return error.reason
+    return next((name for kind, name in _REASONS.items() if isinstance(error, kind)), "scenario")
+
+
+_REASONS: dict[type[SofthandError], str] = {GraspError: "grasp", LawError: "law", ModelError: "model"}
 
 
 def _run_in_python(setup: Setup, keep: Keep, stop: Event) -> _Done:

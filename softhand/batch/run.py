@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +28,8 @@ from softhand.batch.loop import (
     look,
     run_periods,
 )
-from softhand.errors import ControllerError, SimulationStopped
+from softhand.controllers.controller import Controller
+from softhand.errors import SimulationStopped
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.layouts import Layouts
@@ -36,9 +38,10 @@ from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted
+from softhand.simulation.asking import at_fault, raised_by
 from softhand.simulation.faults import HEALTHY, stopped
 from softhand.simulation.keep import Keep
-from softhand.simulation.pushes import Push, push_table
+from softhand.simulation.pushes import Push, PushTable, push_table
 from softhand.simulation.simulation import TOTALS, whole_periods
 from softhand.steppers.kernels import MIDPOINT, RK4, SEMI_IMPLICIT_EULER, mechanics_of
 from softhand.steppers.midpoint import Midpoint
@@ -76,6 +79,25 @@ def is_compiled(setup: Setup) -> bool:
     return type(setup.stepper) in _KINDS
 
 
+def _times(setup: Setup) -> Any:
+    """What of a setup tells how often what is done."""
+    scenario = setup.asked
+    return setup.stepper, setup.controller.period, scenario.duration, scenario.control_period, len(scenario.push)
+
+
+def _pushes(setup: Setup, plant: Plant) -> PushTable:
+    return push_table(plant, [Push(**push.model_dump()) for push in setup.asked.push])
+
+
+@contextmanager
+def _blamed(controller: Controller) -> Iterator[None]:
+    """Whatever is raised inside is an error of the controller at the start."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        raise raised_by(controller, error, 0.0) from error
+
+
 class CompiledRun:
     """One run, ready to go; it has all its memory to itself.
 
@@ -85,22 +107,22 @@ class CompiledRun:
     """
 
     def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
-        scenario = setup.scenario
+        scenario = setup.asked
         self._setup, self._keep, self._asked = setup, keep, asked
+        self._asked_for: Any = None
+        self._tables: dict[tuple[int, int], Array] = {}
         self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
-        self._start = read_start(scenario)
-        self._motion = setup.reference.start(self._start)
+        self._follow(setup)
         now = np.zeros(self._motion.now.size + self._motion.twist.size)
         desired = desired_of(now[: self._motion.now.size].reshape(3, -1), now[self._motion.now.size :].reshape(2, 6))
-        sensor = Sensor(plant, desired)
+        self._sensor = sensor = Sensor(plant, desired)
         self._observation = sensor.observation
         now[:] = self._table(0, 0)[0, 1:]
         observation = sensor.observe(self._state, 0.0)
-        self.law = setup.controller.compiled(observation)
-        plant.at[0] = np.nan
-        for name in TOTALS:
-            plant.contacts[name] = 0
+        with _blamed(setup.controller):
+            self.law = setup.controller.compiled(observation)
+        self._forget()
         if self.law is None:
             return
         n, sizes = plant.world.n_joints, observation.known.sizes
@@ -114,20 +136,19 @@ class CompiledRun:
             steps=round(scenario.control_period / setup.stepper.step),
             stride=whole_periods(setup.controller, scenario.control_period),
             every=keep.every,
-            code=self.law.call.code,
-            words=self.law.call.place,
+            law=np.array([self.law.call.code, self.law.call.place], dtype=np.int64),
             command=self.law.torque,
             effort_limit=observation.effort_limit.copy(),
             limited=np.zeros(n, np.int8),
             clock=observation._views.clock,
             desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
-            pushes=push_table(plant, [Push(**push.model_dump()) for push in scenario.push]),
+            pushes=_pushes(setup, plant),
             parts=parts_of({*keep.fields, *self.law.reads}),
             parts_between=parts_of(self.law.reads),
             segments=keep.segments(sizes),
             block=sensor.block,
-            rows=np.empty((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
+            rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
@@ -135,6 +156,55 @@ class CompiledRun:
         self._layouts = Layouts()
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
+        m, plan = self._mechanics, self._plan
+        written = *m.kicks, m.mass, m.slopes, m.tree.work, m.torque, plan.limited, plan.Theta, plan.progress
+        self._new = [(array, array.copy()) for array in written]
+
+    def become(self, setup: Setup, keep: Keep) -> bool:
+        """Be another run that differs in numbers alone, ready to go: in the same memory, and as if it were new.
+
+        Making one run ready takes milliseconds, which go into memory and code; this takes a tenth of it.
+
+        Returns:
+            False where the two differ in more; then this run is of no use.
+        """
+        if self.law is None or keep != self._keep or _times(setup) != _times(self._setup):
+            return False
+        if not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
+            return False
+        for array, new in self._new:
+            array[...] = new
+        start, plan = self.plant.with_supports(setup.grasp.state), self._plan
+        for array, new in zip(self._state.arrays, start.arrays, strict=True):
+            array[...] = new
+        self._follow(setup)
+        if self._motion.now.size + self._motion.twist.size != plan.now.size:
+            return False
+        self._setup = setup
+        plan.now[:] = self._table(0, 0)[0, 1:]
+        observation = self._sensor.observe(self._state, 0.0)
+        with _blamed(setup.controller):
+            if not self.law.become(setup.controller, observation):
+                return False
+        self._forget()
+        plan.effort_limit[:] = self._observation.effort_limit
+        for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
+            array[...] = new
+        return True
+
+    def _follow(self, setup: Setup) -> None:
+        """The motion that is asked for."""
+        start = read_start(setup.asked)
+        asked = setup.reference, start.row().tobytes()
+        if self._asked_for != asked:
+            self._asked_for, self._start, self._motion = asked, start, setup.reference.start(start)
+            self._tables.clear()
+
+    def _forget(self) -> None:
+        """The observation of the start belongs to no step."""
+        self.plant.at[0] = np.nan
+        for name in TOTALS:
+            self.plant.contacts[name] = 0
 
     def _straight_code(self) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
@@ -148,7 +218,7 @@ class CompiledRun:
                 look, [(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)], fixed, layouts
             )
             put(found[-1], plan.straight[row])
-        if self.law is not None and plan.code:
+        if self.law is not None and plan.law[0]:
             found.append(put(self.law.straight(layouts), plan.straight[LAW]))
         return found
 
@@ -156,13 +226,13 @@ class CompiledRun:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self._mechanics.torque[:] = torque
         kept = parts_of(self._keep.fields)
-        self._plan = self._plan._replace(code=0, parts=kept, parts_between=parts_of(()))
+        self._plan = self._plan._replace(law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()))
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
         """Run to the end, or until somebody says stop, which is asked every 500 control periods."""
-        progress, period = self._plan.progress, self._setup.scenario.control_period
+        progress, period = self._plan.progress, self._setup.asked.control_period
         while progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
             if is_stopped():
                 return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
@@ -178,12 +248,14 @@ class CompiledRun:
 
     def _table(self, first: int, last: int) -> Array:
         """What is asked for in these control periods."""
-        setup = self._setup
-        return self._asked.rows(setup.reference, self._start, self._motion, setup.scenario.control_period, first, last)
+        if (first, last) not in self._tables:
+            reference, period = self._setup.reference, self._setup.asked.control_period
+            self._tables[first, last] = self._asked.rows(reference, self._start, self._motion, period, first, last)
+        return self._tables[first, last]
 
     def _time(self) -> float:
         """Of the last sample without fault [s]."""
-        return round(max(int(self._plan.progress[NEXT]) - 1, 0) * self._setup.scenario.control_period, 12)
+        return round(max(int(self._plan.progress[NEXT]) - 1, 0) * self._setup.asked.control_period, 12)
 
     def _stopped(self) -> SimulationStopped:
         """The error for what ended the run."""
@@ -191,7 +263,7 @@ class CompiledRun:
         if fault != BAD_TORQUE:
             return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self._plan.clock[0])
-        name, self._observation.__dict__["time"] = type(controller).__name__, time
+        self._observation.__dict__["time"] = time
         assert self.law is not None
         error = controller.complaint(self._observation, self.law)
         if isinstance(error, SimulationStopped):
@@ -199,10 +271,8 @@ class CompiledRun:
         what = f"raised {type(error).__name__}: {error}"
         if error is None:
             what = f"returned a torque with NaN or infinity: {self._plan.command.tolist()} N m"
-        return ControllerError(
-            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
-        )
+        return at_fault(controller, what, time)
 
     def _result(self, outcome: Outcome) -> Result:
-        rows = self._plan.rows[: self._plan.progress[SAMPLES]]
+        rows = self._plan.rows[: self._plan.progress[SAMPLES]].copy()
         return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self.plant))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import dis
 from collections import namedtuple
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,9 +16,9 @@ from numba.core.errors import NumbaError
 from softhand.errors import ControllerError
 from softhand.laws.key import make_compilable, makings_of
 from softhand.numerics.addressed import Addressed, addressed
-from softhand.numerics.arrays import Array
-from softhand.numerics.layouts import Layouts
-from softhand.numerics.straight import Fixed, straight
+from softhand.numerics.arrays import Array, overwrite
+from softhand.numerics.layouts import Layouts, numbers_in
+from softhand.numerics.straight import Fixed, straight, structure_of
 from softhand.sensing.fields import ALIASES, FIELDS, SPANS, observed_by, pick
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Settings
@@ -62,13 +62,17 @@ class Law:
         self.shape = self.memory.shape
         self.torque = np.zeros(observation.joint_position.shape[0])
         observed = pick(code.observed, observation._views, **code.renamed)
-        arguments = observed, controller.constants(observation), self.memory, self.torque
+        arguments = observed, _own(controller.constants(observation), {}), self.memory, self.torque
+        layouts = Layouts()
         try:
-            self.call: Addressed = addressed(code.kernel, *arguments, layouts=Layouts())
+            self.call: Addressed = addressed(code.kernel, *arguments, layouts=layouts)
         except NumbaError as error:
             raise _refused(controller, error) from error
         self._entry, self._place = _CALL(self.call.code), self.call.place
         self._plain, self._arguments = code.plain, arguments
+        self._structure = _structure(arguments[1])
+        self._reals = layouts.places_of_numbers(arguments)
+        self._straight: Addressed | None = None
 
     def __call__(self, memory: Array) -> tuple[Array, Array]:
         """Torque and the memory after it, both new; the memory that is handed in stays as it is."""
@@ -85,7 +89,31 @@ class Law:
         if self._plain is not None:
             return None
         settings = tuple(item for item in self._arguments[1] if isinstance(item, np.ndarray))
-        return straight(self.controller.formula, [self._arguments], Fixed(settings, settings), layouts)[0]
+        code = straight(self.controller.formula, [self._arguments], Fixed(settings, settings), layouts)[0]
+        self._straight = code
+        return code
+
+    def become(self, controller: Controller, observation: Observation) -> bool:
+        """Be the law of another controller before its first call, in the same memory, for the same observation.
+
+        Returns:
+            False where other settings than reals differ, or what is zero; then this law is of no use.
+        """
+        memory = _as_memory(controller, controller.start(observation))
+        if type(controller) is not type(self.controller) or memory.shape != self.shape:
+            return False
+        settings = controller.constants(observation)
+        if _structure(settings) != self._structure:
+            return False
+        numbers = np.array(numbers_in((settings,))).view(np.int64)
+        self.call.words[self._reals] = numbers
+        if self._straight is not None and numbers.size:
+            self._straight.words[-numbers.size :] = numbers
+        self.controller = controller
+        self.memory[...], self.torque[...] = memory, 0.0
+        observed, before, *rest = self._arguments
+        self._arguments = observed, _renewed(before, settings), *rest
+        return True
 
     def raised(self) -> Exception | None:
         """What a formula in plain Python raises here, if it does; a compiled loop cannot say."""
@@ -96,6 +124,48 @@ class Law:
             except Exception as error:
                 return error
         return None
+
+
+def _own(settings: Any, copies: dict[int, Array]) -> Any:
+    """Settings in memory of their own, where arrays that are views of one memory are so again."""
+    if isinstance(settings, tuple):
+        return _like(settings, [_own(item, copies) for item in settings])
+    if not isinstance(settings, np.ndarray):
+        return settings
+    whole = settings
+    while isinstance(whole.base, np.ndarray):
+        whole = whole.base
+    copy = copies.setdefault(id(whole), whole.copy(order="K"))
+    own = copy[...]
+    if settings is not whole:
+        begin, memory = settings.ctypes.data - whole.ctypes.data, copy.ravel(order="K").view(np.uint8)
+        own = np.ndarray(settings.shape, settings.dtype, memory, begin, settings.strides)
+    own.flags.writeable = settings.flags.writeable
+    return own
+
+
+def _like(record: tuple[Any, ...], items: Iterable[Any]) -> tuple[Any, ...]:
+    """A tuple of the same type."""
+    return type(record)(*items) if hasattr(record, "_fields") else tuple(items)
+
+
+def _structure(settings: Any) -> Any:
+    """What settings must have in common with others to use the same code."""
+    if isinstance(settings, tuple):
+        return type(settings), tuple(map(_structure, settings))
+    if isinstance(settings, np.ndarray):
+        return settings.dtype, settings.shape, settings.flags.writeable, structure_of(settings)
+    return float if isinstance(settings, float) else settings
+
+
+def _renewed(old: Any, new: Any) -> Any:
+    """Old settings with the numbers of new ones, their arrays where they are."""
+    if isinstance(old, tuple):
+        return _like(old, map(_renewed, old, new))
+    if isinstance(old, np.ndarray):
+        overwrite(old, new)
+        return old
+    return new
 
 
 def law_of(controller: Controller, observation: Observation, memory: Any) -> Law:

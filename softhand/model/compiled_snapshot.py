@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from softhand.model.rigid import rigid_poses, rigid_terms
 from softhand.model.snapshot import Terms
-from softhand.model.tree import read_tree
+from softhand.model.tree import read_tree, reread_tree
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
@@ -40,6 +40,12 @@ class CompiledSnapshot:
         self.terms = room_for_terms(world.model)
         self.M, self.J, self.nle, self.poses = self.terms
         self._q, self._v = np.zeros(world.model.nq), np.zeros(world.model.nv)
+
+    def become(self, world: World) -> None:
+        """Be that of another world of the same hand and object, with other gravity and another mass."""
+        reread_tree(self.tree, world.model)
+        for array in (self.M, self.J, self.nle, self.poses[1:]):
+            array[...] = 0.0
 
     @cached_property
     def _update(self) -> Callable[[], Any]:

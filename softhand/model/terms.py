@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from softhand.model.compiled_snapshot import room_for_terms
 from softhand.model.snapshot import Terms
@@ -18,11 +19,17 @@ class RigidTerms:
 
     def __init__(self, model: pin.Model) -> None:
         self._model = model
-        self._data = model.createData()
-        self._above = ~np.tri(model.nv, k=-1, dtype=bool)
 
     def __reduce__(self) -> tuple[type[RigidTerms], tuple[pin.Model]]:
         return RigidTerms, (self._model,)
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        return self._model.createData()
+
+    @cached_property
+    def _above(self) -> NDArray[np.bool_]:
+        return ~np.tri(self._model.nv, k=-1, dtype=bool)
 
     @cached_property
     def compiled(self) -> tuple[Tree, Terms]:

@@ -9,7 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.errors import ModelError
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import Array, overwrite
 
 TURNS, WINDS, SLIDES, FLOATS = 0, 1, 2, 3
 """Kinds of joints: revolute, continuous (cos, sin in q), prismatic, free-flyer."""
@@ -84,14 +84,27 @@ def read_tree(model: pin.Model) -> Tree:
             parts = (np.eye(3), np.zeros((3, 3)), np.zeros((3, 3)))
         for name, part in zip(("still", "cosine", "sine"), parts, strict=True):
             row[name] = (placement.rotation @ part).ravel()
-        lever = pin.skew(inertia.lever)
-        about_origin = inertia.inertia - inertia.mass * lever @ lever
-        row["mass"], row["first"] = inertia.mass, inertia.mass * inertia.lever
-        row["inertia"] = about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+        _weigh(row, inertia)
         row["armature"][: joint.nv] = model.armature[columns]
     gravity = np.array(model.gravity.linear)
     joints.flags.writeable = gravity.flags.writeable = False
     return Tree(joints, gravity, np.zeros(model.njoints, WORK))
+
+
+def _weigh(row: np.void, inertia: pin.Inertia) -> None:
+    """The body of a row."""
+    lever = pin.skew(inertia.lever)
+    about_origin = inertia.inertia - inertia.mass * lever @ lever
+    row["mass"], row["first"] = inertia.mass, inertia.mass * inertia.lever
+    row["inertia"] = about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+
+
+def reread_tree(tree: Tree, model: pin.Model) -> None:
+    """Bring a tree up to date with a model that differs from its own in gravity and in the last body alone."""
+    joints = tree.joints.copy()
+    _weigh(joints[-1], model.inertias[model.njoints - 1])
+    overwrite(tree.joints, joints)
+    overwrite(tree.gravity, model.gravity.linear)
 
 
 def branches_of(tree: Tree) -> NDArray[np.int64]:

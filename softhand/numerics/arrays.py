@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 """Plain numbers."""
@@ -20,3 +20,11 @@ def as_numbers(value: Any) -> Array | None:
         return None if np.iscomplexobj(value) else np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         return None
+
+
+def overwrite(array: AnyArray, values: ArrayLike) -> None:
+    """Set what is in an array, also in one that is otherwise only read."""
+    writeable = array.flags.writeable
+    array.flags.writeable = True
+    array[...] = values
+    array.flags.writeable = writeable

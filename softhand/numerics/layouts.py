@@ -60,6 +60,11 @@ class Layouts:
         words[reals] = np.array(numbers_in(arguments)).view(np.int64)
         return words
 
+    def places_of_numbers(self, arguments: tuple[Any, ...]) -> list[int]:
+        """Which of the `words` are the reals."""
+        places: list[int] = _templates[self.of(arguments)][-1]
+        return places
+
     def _of_array(self, array: AnyArray) -> Any:
         return *self.number_of(array), array.dtype, array.shape, array.strides, array.flags.writeable
 

@@ -46,7 +46,7 @@ class Fixed(NamedTuple):
 
     def key(self, layouts: Layouts) -> Any:
         """All of it that makes a difference to code."""
-        patterns = tuple(map(_pattern_key, self.patterns))
+        patterns = tuple(map(structure_of, self.patterns))
         return layouts.of(self.arrays), patterns, layouts.of(self.scratch)
 
 
@@ -134,8 +134,11 @@ def _words(array: AnyArray) -> NDArray[np.int64]:
     return np.ascontiguousarray(array).reshape(len(array), -1).view(np.int64)
 
 
-def _pattern_key(pattern: AnyArray) -> bytes:
-    """Its whole numbers, zeros and ones; all other reals, and all addresses, look the same."""
+def structure_of(pattern: AnyArray) -> bytes:
+    """Whole numbers, zeros and ones of an array; all its other reals, and all addresses, look the same.
+
+    Arrays of one layout and one structure have the same straight code.
+    """
     if pattern.dtype.itemsize % 8 or not pattern.size:
         return pattern.tobytes()
     words = _words(pattern)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import math
 from collections.abc import Callable
+from functools import reduce
 from types import FunctionType
 from typing import Any
 
@@ -150,12 +151,12 @@ def _pair(name: str, x: Any, y: Any) -> Any:
     return getattr(math, name)(x, y) if sums is None else sums.step(REAL, name, x, y)
 
 
-def _larger(a: Any, b: Any) -> Any:
-    return _chosen(b > a, b, a)
+def _larger(*numbers: Any) -> Any:
+    return reduce(lambda a, b: _chosen(b > a, b, a), numbers)
 
 
-def _smaller(a: Any, b: Any) -> Any:
-    return _chosen(b < a, b, a)
+def _smaller(*numbers: Any) -> Any:
+    return reduce(lambda a, b: _chosen(b < a, b, a), numbers)
 
 
 def _chosen(condition: Any, yes: Any, no: Any) -> Any:

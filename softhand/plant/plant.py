@@ -13,12 +13,13 @@ from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
 from softhand.contact.records import CONTACT
-from softhand.laws.law import compile_law
+from softhand.laws.law import compile_law, compile_like
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.snapshot import Snapshot
 from softhand.model.terms import RigidTerms
 from softhand.model.world import World
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.numerics.straight import structure_of
 from softhand.plant.dynamics import accelerate
 from softhand.plant.state import State, is_at, set_at
 
@@ -87,6 +88,34 @@ class Plant:
         self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.model.nv)
         self._mass = np.zeros((world.model.nv, world.model.nv))
+        if isinstance(self.snapshot, CompiledSnapshot):  # kernels put the deformation into the arguments of laws
+            self._structure = structure_of(self.pads), structure_of(self.snapshot.tree.joints)
+
+    def become(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support]) -> bool:
+        """Be a plant with compiled terms that differs in numbers alone, in the same memory and as if it were new.
+
+        Returns:
+            False where it differs in more, in the hand, in a shape or in what is zero; then this plant is of no use.
+        """
+        snapshot, every = self.snapshot, [*fingertips, *supports]
+        if not (isinstance(snapshot, CompiledSnapshot) and world.joints is self.world.joints):
+            return False
+        if len(every) != len(self.materials) or memory_size(every) != self.n_memory:
+            return False
+        code = {law: compile_like(law, self._code) for law in {contact.law for contact in every}}
+        pads = build_pads(world, fingertips, supports, code)
+        pads["own"] = self.pads["own"]
+        before = self._structure
+        snapshot.become(world)
+        self._structure = structure_of(pads), structure_of(snapshot.tree.joints)
+        if self._structure != before:
+            return False
+        self.world, self.rigid, self._code, self.materials = world, RigidTerms(world.model), code, tuple(every)
+        self.fingertips, self.supports = tuple(fingertips), tuple(supports)
+        self.pads[...] = pads
+        self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
+        self.touching.depths[...], self.at[...] = np.nan, np.nan
+        return True
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:

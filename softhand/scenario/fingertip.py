@@ -73,8 +73,10 @@ class FingertipSection(OpenSettings):
         Raises:
             ScenarioError: the keys of the tip and those of all tips do not agree.
         """
+        if not self.tips:
+            return self
         table = self.model_dump(exclude={"tips"}, exclude_none=True)
-        own = self.tips[tip].model_dump(exclude_none=True) if self.tips and tip in self.tips else {}
+        own = self.tips[tip].model_dump(exclude_none=True) if tip in self.tips else {}
         if own.get("law", self.law) != self.law:
             table = {key: value for key, value in table.items() if key in type(self).model_fields or key == "radius"}
         return read_settings(FingertipSection, {**table, **own}, f"fingertip.tips.{tip}" if own else "fingertip")

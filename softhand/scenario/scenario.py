@@ -70,11 +70,14 @@ class Scenario(Settings):
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
+        self._agree()
+        return self
+
+    def _agree(self) -> None:
         check_counts(self.hand, self.grasp, self.reference)
         check_opening(self.grasp, self.fingertip)
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
-        return self
 
     def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
         """Return a checked copy with some values changed.
@@ -93,7 +96,23 @@ class Scenario(Settings):
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """`replace`, by dotted keys alone."""
-        return self.replace(values)
+        return self._with_sections(values) or self.replace(values)
+
+    def _with_sections(self, values: Mapping[str, Any]) -> Scenario | None:
+        """The same, reading no section but those that change; None for other keys, and where something is wrong."""
+        before = {name: getattr(self, name) for name in {key.split(".")[0] for key in values} & _SECTIONS}
+        try:
+            tables = overridden({name: own.model_dump(exclude_none=True) for name, own in before.items()}, values)
+            if tables.keys() != before.keys():
+                return None
+            check_plugin_keys(values, tables, Scenario)
+            changed = self.model_copy(
+                update={name: type(own).model_validate(tables[name]) for name, own in before.items()}
+            )
+            changed._agree()
+            return changed
+        except (ScenarioError, ValueError):  # told by whoever reads all
+            return None
 
     def to_toml(self) -> str:
         """Return the scenario as the text of a TOML file; reading it gives an equal scenario."""
@@ -129,6 +148,10 @@ class Scenario(Settings):
 
     def _names(self) -> list[str]:
         return [*super()._names(), *all_keys(self.model_dump(exclude_none=True), Scenario)]
+
+
+_SECTIONS = {"hand", "object", "fingertip", "grasp", "controller", "reference", "stepper", "record"}
+"""Those that are always there."""
 
 
 def load_scenario(source: str | Path, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:

@@ -14,6 +14,7 @@ from softhand.model.gravity import gravity_forces
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
+from softhand.numerics.straight import structure_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State, is_at
 from softhand.references.reference import Desired
@@ -109,6 +110,14 @@ class Sensor:
         self.observation = Observation(known, self.block, is_live=True)
         self.groups = tuple(pick(group, self.observation._views) for group in GROUPS)
         self._state: State | None = None
+
+    def become(self) -> bool:
+        """Be that of what the plant has become, in the same memory; False where that takes other code."""
+        body, world = self.body, self._plant.world
+        before = structure_of(body.bodies)
+        body.bodies[...], body.gravity[...], self.block[...] = world.bodies, world.gravity, 0.0
+        self.observation.__dict__["known"] = Known.of(self._plant, len(body.pairs))
+        return structure_of(body.bodies) == before
 
     def observe(self, state: State, time: float) -> Observation:
         """The observation at a state and a time [s]."""

@@ -92,7 +92,7 @@ class Asking:
                 self._has_started = True
             result = self._controller.torque(observation, self.memory)
         except (Exception, SystemExit) as error:
-            raise self._raised(error, observation.time) from error
+            raise raised_by(self._controller, error, observation.time) from error
         if not (type(result) is tuple and len(result) == 2):
             raise self.bad(
                 f"returned {result!r}; it must return the torque and its memory, two values", observation.time
@@ -114,18 +114,24 @@ class Asking:
             )
         return command
 
-    def _raised(self, error: BaseException, time: float) -> SofthandError:
-        """What to raise for an error of the controller: what it raised on purpose, all else with its name."""
-        if isinstance(error, ScenarioError | ControllerError):
-            return error
-        return self.bad(f"raised {failure(error)}", time)
-
     def bad(self, what: str, time: float) -> ControllerError:
         """The error for a controller at fault."""
-        name = type(self._controller).__name__
-        return ControllerError(
-            f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
-        )
+        return at_fault(self._controller, what, time)
+
+
+def raised_by(controller: Controller, error: BaseException, time: float) -> SofthandError:
+    """What to raise for an error of a controller: what it raised on purpose, all else with its name."""
+    if isinstance(error, ScenarioError | ControllerError):
+        return error
+    return at_fault(controller, f"raised {failure(error)}", time)
+
+
+def at_fault(controller: Controller, what: str, time: float) -> ControllerError:
+    """The error for a controller that did what it must not, at a time [s]."""
+    name = type(controller).__name__
+    return ControllerError(
+        f"controller '{name}' {what} (at t = {time:g} s).", controller=name, reason="controller", time=time
+    )
 
 
 @compiled

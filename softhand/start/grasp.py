@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip, memory_size
 from softhand.errors import GraspError, LawError
-from softhand.laws.law import CompiledLaw, Law, compile_law
+from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
@@ -78,6 +78,7 @@ def solve_grasp(
     position: ArrayLike,
     rotation: Array,
     joint_guess: ArrayLike | None = None,
+    known: Mapping[Law, CompiledLaw] | None = None,
 ) -> Grasp:
     """Joint angles and deformations in equilibrium with gravity, without stored torsion.
 
@@ -94,6 +95,7 @@ def solve_grasp(
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
             Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
             it can, each joint measured by its range.
+        known: laws that are compiled, to be quick.
 
     Raises:
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
@@ -112,7 +114,7 @@ def solve_grasp(
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
-    code = _compiled_laws(fingertips)
+    code = _compiled_laws(fingertips, known or {})
     for i, fingertip in enumerate(fingertips):
         frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
         settled = Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i])
@@ -131,10 +133,10 @@ def solve_grasp(
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 
-def _compiled_laws(fingertips: Sequence[Fingertip]) -> dict[Law, CompiledLaw]:
+def _compiled_laws(fingertips: Sequence[Fingertip], known: Mapping[Law, CompiledLaw]) -> dict[Law, CompiledLaw]:
     """Machine code of the laws; without those that cannot be compiled, which is told where they are to be."""
     code = {}
     for law in {fingertip.law for fingertip in fingertips}:
         with suppress(LawError):
-            code[law] = compile_law(law)
+            code[law] = compile_like(law, known)
     return code

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from softhand.model.shapes.mesh_file import Mesh, refused
 from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.numerics.arrays import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 Triangles = NDArray[np.int64]
 
@@ -33,7 +36,7 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     Raises:
         ModelError: the mesh is flat, open, inside out or not convex, or has too many faces.
     """
-    from scipy.spatial import ConvexHull, QhullError  # a quarter of the start of a run, which few need
+    from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
 
     vertices, triangles = _welded(mesh)
     size = _size(vertices)
@@ -121,7 +124,7 @@ def _check_convex(vertices: Array, triangles: Triangles, planes: Array, size: fl
         )  # fmt: skip
 
 
-def _merge(vertices: Array, hull: Any, close: float, name: str) -> tuple[Array, list[NDArray[np.int64]]]:
+def _merge(vertices: Array, hull: ConvexHull, close: float, name: str) -> tuple[Array, list[NDArray[np.int64]]]:
     """Planes and polygons of the hull: each the facets about the largest one left that lie in its plane."""
     corners = vertices[hull.simplices]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -154,11 +157,11 @@ def _merge(vertices: Array, hull: Any, close: float, name: str) -> tuple[Array, 
 
 def _outline(vertices: Array, members: NDArray[np.int64], normal: Array) -> NDArray[np.int64]:
     """The corners of a plane polygon, counter-clockwise about its normal."""
-    from scipy.spatial import ConvexHull
-
     if len(members) == 3:
         a, b, c = vertices[members]
         return members if np.cross(b - a, c - a) @ normal > 0.0 else members[::-1]
+    from scipy.spatial import ConvexHull
+
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     flat = vertices[members] @ np.column_stack([first, np.cross(normal, first)])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from softhand.errors import ModelError
 from softhand.model.urdf.document import Element, as_bytes, extended, read_document, read_text
@@ -100,6 +99,8 @@ class Urdf:
         Raises:
             ModelError: one of the names is taken.
         """
+        from xml.sax.saxutils import quoteattr  # which loads all of urllib
+
         name = f"{new}_place"
         taken = {element.get("name") for element in self.root if element.tag in ("link", "joint")}
         for word in (new, name):
