@@ -10,6 +10,8 @@ import sys
 import warnings
 from typing import Any
 
+import typer
+
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
@@ -21,6 +23,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     identify,
     lyapunov,
     names,
+    new,
     plot,
     remark3,
     report,
@@ -39,6 +42,7 @@ from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
+UsageError: Any = typer.BadParameter.__mro__[1]  # typer has a name for this one child alone
 _LONGEST = 2000  # letters of a line
 
 
@@ -52,12 +56,17 @@ def main() -> None:
     try:
         check_surroundings()
         try:
-            app()
+            code = app(standalone_mode=False, prog_name="softhand")
         finally:
             finish_output()
+        if code:
+            sys.exit(code)
     except SofthandError as error:
         _say_error(str(error))
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
+    except UsageError as error:
+        _say_error(_with_help(error))
+        sys.exit(error.exit_code)
     except (MemoryError, ImportError, OSError) as error:
         _say_error(explain(error))
         sys.exit(1)
@@ -66,6 +75,14 @@ def main() -> None:
             raise
         say("interrupted", error=True)
         sys.exit(INTERRUPTED)
+
+
+def _with_help(error: Any) -> str:
+    """What is wrong with a command line, and where to read how it is written."""
+    text = " ".join(error.format_message().split())
+    text = text if text.endswith((".", "?")) else f"{text}."
+    path = error.ctx.command_path if error.ctx else "softhand"
+    return f"{text} See: {path} --help"
 
 
 def _cut(line: str) -> str:
