@@ -10,8 +10,8 @@ from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
 from softhand.commands.options import Controllers, Duration, Json, Laws, OutFolder, Plugins, Quiet, ScenarioName, Set
 from softhand.commands.options import Stepper as StepperName
-from softhand.commands.places import check_folder, make_folder, new_folder, write_text
-from softhand.commands.scenarios import chosen_scenario, name_of
+from softhand.commands.places import check_folder, make_folder, name_of, new_folder, write_text
+from softhand.commands.scenarios import chosen_scenario
 
 if TYPE_CHECKING:
     from softhand.studies.compare import Row

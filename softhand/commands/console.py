@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import sys
 import time
@@ -88,7 +89,8 @@ class Printer:
         if self.as_json:
             from softhand.numerics.record import plain
 
-            typer.echo(json.dumps(plain(value), allow_nan=False, ensure_ascii=False, indent=2))
+            text = json.dumps(plain(value), allow_nan=False, ensure_ascii=False, indent=2)
+            typer.echo(_INNERMOST.sub(lambda found: f"[{_BREAK.sub(' ', found[1])}]", text))
 
     def incomplete(self, *recordings: Recording) -> None:
         """Say of each recording that ended early how far it goes."""
@@ -106,6 +108,8 @@ class Printer:
 
 
 _MOST_EVENTS = 12
+_INNERMOST = re.compile(r"\[\n\s+([^\[\]{}]*?)\n\s+\]")  # a list of numbers: on one line; in texts no line is broken
+_BREAK = re.compile(r"\n\s+")
 
 
 def say_compiling(quiet: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,8 +11,8 @@ import typer
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say, say_compiling
 from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set, Stepper
-from softhand.commands.places import check_figure, check_new, figure_of, write_text
-from softhand.commands.scenarios import name_of, parse_changes, with_options
+from softhand.commands.places import check_figure, check_new, figure_of, name_of, write_text
+from softhand.commands.scenarios import parse_changes, scenario_file, with_options
 from softhand.errors import GraspError, SofthandError
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ def grasp(
 ) -> None:
     """Show how good the grasp at the start is, or propose others.
 
-    Reach, friction, force closure and the least internal forces, finger by finger. With --propose the scenario needs no contact points and no internal forces.
-    Exit code 1 where there is no grasp at rest; what is known of it is shown all the same.
+    Reach, friction, force closure and the least internal forces, finger by finger. With --propose the scenario needs no
+    contact points and no internal forces. Exit code 1 where there is no grasp at rest; what is known of it is shown all
+    the same.
     """
     check_figure(out)
     if write is not None:
@@ -59,8 +61,9 @@ def grasp(
 
     name, printer = name_of(scenario), Printer(quiet, as_json)
     values = parse_changes(changes)
-    stand_ins = without_grasp(scenario, values) if propose else {}
-    chosen = with_options(load_scenario(scenario, {**values, **stand_ins}), law, controller, stepper)
+    source = scenario_file(scenario)
+    stand_ins = without_grasp(source, values) if propose else {}
+    chosen = with_options(load_scenario(source, {**values, **stand_ins}), law, controller, stepper)
     say_compiling(quiet)
     from softhand.grasping.quality import grasp_quality
     from softhand.plots.grasp import draw_grasp
@@ -82,7 +85,7 @@ def grasp(
     header, *rows = quality.finger_rows()
     printer.table(title, rows, header)
     printer.table("the grasp as a whole", quality.rows())
-    target = figure_of(name, "grasp", out)
+    target = figure_of(scenario, "grasp", out)
     save_figure(draw_grasp(quality, title), target)
     printer.say(f"wrote {target}")
     if quality.refusal is not None:
@@ -102,10 +105,8 @@ def _check_write(file: Path, finds: bool) -> None:
 
 def _write(scenario: Scenario, title: str, file: Path) -> None:
     """The scenario as a file, with the files of hand and object beside it named from there."""
-    import os
-
     paths = {}
-    for key, urdf in (("hand.urdf", scenario.hand.urdf), ("object.urdf", scenario.object.urdf)):
+    for urdf in (scenario.hand.urdf, scenario.object.urdf):
         beside = os.path.relpath(urdf, file.absolute().parent) if os.path.isabs(urdf) else ".."
         if not beside.startswith(".."):
             paths[f'urdf = "{urdf}"'] = f'urdf = "{beside}"'

@@ -97,7 +97,7 @@ def _text(param: Any) -> str:
 
 def _default(param: Any) -> str:
     value = param.default
-    if value is None or value is False and not getattr(param, "secondary_opts", ()) or value in ([], (), ""):
+    if value is None or (value is False and not getattr(param, "secondary_opts", ())) or value in ([], (), ""):
         return ""
     if isinstance(value, bool):
         return (param.opts if value else param.secondary_opts)[0] if param.secondary_opts else ""

@@ -47,9 +47,9 @@ def identify(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a fingertip law to measured forces; writes fit.png and fingertip.toml.
+    """Fit a fingertip law to measured forces.
 
-    It also says which law foretells best.
+    Writes fit.png and fingertip.toml, and says which law foretells best.
 
     Columns: phi, dr, dtheta, dphi, dpsi and what was measured of Fr, Ftheta, Fphi, Fpsi, each with its unit in square
     brackets, such as "dr [mm],phi [deg],Fr [N]".

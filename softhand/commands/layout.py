@@ -35,14 +35,12 @@ def _widths(rows: Sequence[Sequence[str]], width: int) -> list[int]:
     """Of the columns: as wide as what is in them, the widest ones down to their longest words if that is too wide."""
     columns = list(zip(*rows, strict=True))
     widths = [max(len(cell) for cell in column) for column in columns]
-    words = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
-    while (excess := sum(widths) + _GAP * len(widths) - width) > 0:
-        k = max(range(len(widths)), key=lambda k: widths[k] if widths[k] > words[k] else 0)
-        if widths[k] <= words[k]:  # the column with the longest words gives way, and its cells stand alone
-            k = max((0, len(widths) - 1), key=lambda k: widths[k])
-            widths[k] = max(widths[k] - excess, 1)
-            break
-        widths[k] = max(words[k], widths[k] - excess)
+    least = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
+    room = width - _GAP * len(widths)
+    if sum(least) > room:  # the cells with the longest words will stand alone
+        least[max((0, len(widths) - 1), key=lambda k: least[k])] = 1
+    while sum(widths) > room and widths != least:
+        widths[max(range(len(widths)), key=lambda k: (widths[k] > least[k], widths[k]))] -= 1
     return widths
 
 

@@ -9,6 +9,7 @@ import typer
 
 
 def complete_scenarios() -> list[str]:
+    """The names of the scenarios that ship."""
     from softhand.scenario.file import scenario_names
 
     return scenario_names()
@@ -45,7 +46,7 @@ ScenarioName = Annotated[
     typer.Argument(
         metavar="SCENARIO",
         autocompletion=complete_scenarios,
-        help="A scenario that ships (see: softhand list) or a .toml file.",
+        help="A scenario that ships (see: softhand list), a .toml file, or the folder of a run.",
     ),
 ]
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="A recording, run.nc, or the folder that it is in.")]
@@ -93,8 +94,8 @@ Plugins = Annotated[
         "--plugin",
         metavar="FILE.py",
         callback=_load_plugins,
-        help="Python file with laws, dampings, controllers, references or steppers of your own, by their names in small "
-        "letters with hyphens; it is run. May be repeated.",
+        help="Python file with laws, controllers and other plugins of your own, by their names in small letters with "
+        "hyphens; it is run. May be repeated.",
     ),
 ]
 

@@ -69,17 +69,27 @@ def check_figure(out: Path | None) -> None:
         check_file(out)
 
 
-def figure_of(name: str, what: str, out: Path | None) -> Path:
-    """The figure to write of a scenario: that of --out, which may be a folder, or one in a new folder below runs/.
+def figure_of(source: str, what: str, out: Path | None) -> Path:
+    """The figure to write of a scenario: that of --out, which may be a folder, or a new one.
 
     Args:
-        name: of the scenario.
-        what: of the command, and of the figure.
+        source: the scenario as it was named; a figure of that of a run goes into the folder of the run, one of another
+            into a new folder below runs/.
+        what: name of the command, and of the figure.
         out: as asked for.
     """
+    if out is None and (Path(source) / "run.nc").is_file():
+        out = Path(source)
     if out is None:
-        return new_folder(f"{what}-{name}") / f"{what}.png"
+        return new_folder(f"{what}-{name_of(source)}") / f"{what}.png"
     return free_file(out / f"{what}.png") if out.is_dir() else out
+
+
+def name_of(source: str) -> str:
+    """The name of a scenario in the names of its results: that of its folder if it is the scenario of a run."""
+    file = Path(source)
+    is_of_run = file.name == "scenario.toml" and file.parent.name
+    return file.parent.name if is_of_run else file.stem
 
 
 def _check_ending(file: Path) -> None:

@@ -6,7 +6,7 @@ from softhand.commands.app import command
 from softhand.commands.console import Printer
 from softhand.commands.options import Law, OutFigure, Plugins, Quiet, ScenarioName, Set
 from softhand.commands.places import check_figure, figure_of
-from softhand.commands.scenarios import chosen_scenario, name_of
+from softhand.commands.scenarios import chosen_scenario
 
 
 @command("softhand remark3 target-a --out angle.pdf")
@@ -18,9 +18,9 @@ def remark3(
     plugins: Plugins = [],  # noqa: B006
     quiet: Quiet = False,
 ) -> None:
-    """Draw the force along the finger against the tilt, beside the radial model.
+    """Draw the force along the finger against the tilt (Remark 3).
 
-    This is Remark 3 of the paper, for the fingertip of the scenario.
+    For the fingertip of the scenario, beside the radial model.
     """
     check_figure(out)
     chosen = chosen_scenario(scenario, changes, law)
@@ -29,6 +29,6 @@ def remark3(
     from softhand.plots.style import save_figure
 
     figure = draw_angle_force(read_law(chosen))
-    target = figure_of(name_of(scenario), "remark3", out)
+    target = figure_of(scenario, "remark3", out)
     save_figure(figure, target)
     Printer(quiet).say(f"wrote {target}")

@@ -30,7 +30,7 @@ def chosen_scenario(
     """A scenario with the values of --set, and then with another law, controller and stepper.
 
     Args:
-        source: a scenario that ships, or a file.
+        source: a scenario that ships, a file, or the folder of a run.
         changes: texts KEY=VALUE.
         law: name; its parameters are its defaults, radius and friction stay.
         controller: name; its parameters are its defaults.
@@ -40,7 +40,13 @@ def chosen_scenario(
     from softhand.scenario.scenario import load_scenario
 
     values = {**parse_changes(changes), **{key: value for key, value in (more or {}).items() if value is not None}}
-    return with_options(load_scenario(source, values), law, controller, stepper)
+    return with_options(load_scenario(scenario_file(source), values), law, controller, stepper)
+
+
+def scenario_file(source: str) -> str:
+    """The scenario in the folder of a run, or what was named."""
+    file = Path(source) / "scenario.toml"
+    return str(file) if file.is_file() else source
 
 
 def with_options(
@@ -57,13 +63,6 @@ def with_options(
         before = scenario.stepper
         scenario = scenario.with_values({"stepper": {"name": stepper, "step": before.step, "terms": before.terms}})
     return scenario
-
-
-def name_of(source: str) -> str:
-    """The name of a scenario in the names of its results: that of its folder if it is the scenario of a run."""
-    file = Path(source)
-    is_of_run = file.name == "scenario.toml" and file.parent.name
-    return file.parent.name if is_of_run else file.stem
 
 
 def refuse_changes(target: str, **options: Any) -> None:

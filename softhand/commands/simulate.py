@@ -24,8 +24,8 @@ from softhand.commands.options import (
     Set,
     Stepper,
 )
-from softhand.commands.places import check_folder, make_folder, new_folder, remove_old, write_text
-from softhand.commands.scenarios import chosen_scenario, name_of
+from softhand.commands.places import check_folder, make_folder, name_of, new_folder, remove_old, write_text
+from softhand.commands.scenarios import chosen_scenario
 from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, refuse_host, show_page
 from softhand.errors import RecordingError, SimulationStopped
 
@@ -142,16 +142,25 @@ def _prepare(scenario: Scenario, quiet: bool) -> tuple[Setup, Simulation, Growin
     """Everything that a run needs; what is doubtful is told before it begins."""
     from softhand.assembly.build import assemble
     from softhand.assembly.resolve import resolve
+    from softhand.checks.scenario import doubts_of_start
     from softhand.checks.target import doubts_of_target
     from softhand.closed_loop.growing import growing
 
     setup = resolve(scenario)
     grows = None if quiet else growing(setup)
-    for doubt in () if quiet else doubts_of_target(setup):
+    for doubt in () if quiet else (*_of_urdfs(setup), *doubts_of_start(setup), *doubts_of_target(setup)):
         say(doubt, "warning", error=True)
     if grows:
         say(f"{grows.short()} `softhand check` says what helps.", "warning", error=True)
     return setup, assemble(setup), grows
+
+
+def _of_urdfs(setup: Setup) -> Iterator[str]:
+    """How many warnings the URDFs have: whoever runs a scenario again and again need not read all of them."""
+    for key, urdf in (("hand.urdf", setup.world.hand), ("object.urdf", setup.world.object)):
+        if urdf.warnings:
+            count = len(urdf.warnings)
+            yield f"{key}: {count} warning{'s' * (count > 1)}; `softhand check` shows {'them' if count > 1 else 'it'}."
 
 
 def _what_grew(stop: SimulationStopped, setup: Setup) -> str:

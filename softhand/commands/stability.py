@@ -9,9 +9,9 @@ import typer
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
 from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, complete_scenarios
-from softhand.commands.places import check_figure, figure_of
+from softhand.commands.places import check_figure, figure_of, name_of
 from softhand.commands.runs import is_run, load_run
-from softhand.commands.scenarios import chosen_scenario, name_of, refuse_changes
+from softhand.commands.scenarios import chosen_scenario, refuse_changes
 
 
 @command(
@@ -34,7 +34,7 @@ def stability(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Say how fast small motions grow about the start, or where a run came to rest.
+    """Say how fast small motions grow, about a start or a run's end.
 
     With regulation the gain K_O is scanned against the stiffness of the tips, about the start of a scenario, and the
     scan is drawn.
@@ -63,7 +63,7 @@ def stability(
     printer.json(found)
     printer.table(scenario, found.rows())
     if found.scan is not None:
-        target = figure_of(name_of(scenario), "stability", out)
+        target = figure_of(scenario, "stability", out)
         title = f"Where regulation is lost, about the start of {name_of(scenario)}"
         save_figure(draw_scan(found.scan, title, found.period), target)
         printer.say(f"wrote {target}")

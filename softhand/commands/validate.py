@@ -25,9 +25,10 @@ def validate(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure small systems with known answers; exit code 1 if one is off.
+    """Measure small systems with known answers.
 
-    Friction, contact, material and motion. Printed is how many checks passed of each kind, and those that fail.
+    Friction, contact, material and motion. Printed is how many checks passed of each kind, and those that fail; exit
+    code 1 if one does.
     """
     if out is not None:
         check_file(out)
@@ -46,9 +47,8 @@ def validate(
     printer.json([_entries(check) for check in checks])
     printer.table("", [(kind, _share(found)) for kind, found in kinds.items()])
     if show_all or failed:
-        printer.table(
-            "all checks" if show_all else "failed", list(map(row_of, checks if show_all else failed)), COLUMNS
-        )
+        title, shown = ("all checks", checks) if show_all else ("failed", failed)
+        printer.table(title, list(map(row_of, shown)), COLUMNS)
     hint = "" if show_all or as_json else "; --all shows them"
     printer.say(f"{_share(checks)} checks passed{hint}")
     if out is not None:

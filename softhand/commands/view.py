@@ -48,7 +48,10 @@ def view(
     plugins: Plugins = [],  # noqa: B006  typer copies it
     quiet: Quiet = False,
 ) -> None:
-    """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
+    """Replay a recording in 3-D on a page.
+
+    Again and again, until Ctrl-C ends it.
+    """
     from softhand.viewer.live.replay import Replay
 
     printer = Printer(quiet)

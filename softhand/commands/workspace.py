@@ -10,8 +10,8 @@ import typer
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
 from softhand.commands.options import Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set
-from softhand.commands.places import check_figure, figure_of
-from softhand.commands.scenarios import chosen_scenario, name_of
+from softhand.commands.places import check_figure, figure_of, name_of
+from softhand.commands.scenarios import chosen_scenario
 
 
 @command("softhand workspace target-a --phi-max 80 --out reach.pdf")
@@ -52,7 +52,7 @@ def workspace(
     with progress(f"trying {POSES} poses", float(POSES), quiet) as report:
         least, most = (None if angle is None else math.radians(angle) for angle in (phi_min, phi_max))
         found = find_workspace(chosen, (least, most), report)
-    target = figure_of(name, "workspace", out)
+    target = figure_of(scenario, "workspace", out)
     save_figure(draw_workspace(found.poses, f"Poses that can be held, about the start of {name}"), target)
     printer.json(found)
     printer.table(f"{scenario}: moves of the object from the start", found.rows())

@@ -26,8 +26,8 @@ gravity = [0.0, 0.0, -9.81]  # [m/s^2], base frame
 urdf = {urdf}
 position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
 rpy = [0.0, 0.0, 0.0]       # [rad]
-# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out what is
-# no fingertip. Where x does not point out of the tip, turn it:
+# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out what
+# is no fingertip. Where x does not point out of the tip, turn it:
 # {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
 tips = [
 {tips}
@@ -78,8 +78,8 @@ def blank_scenario(urdf: Path, file: Path) -> str:
     ends = hand.ends
     if len(ends) < 2:
         raise ModelError(
-            f"{urdf}: got {len(ends)} end of the tree of links ({', '.join(ends)}); a hand that holds something needs two "
-            "fingertips or more.",
+            f"{urdf}: got {len(ends)} end of the tree of links ({', '.join(ends)}); a hand that holds something "
+            "needs two fingertips or more.",
             file=str(urdf),
         )
     position = ", ".join(f"{value:.3f}" for value in _middle(hand, ends))
