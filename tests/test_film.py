@@ -251,5 +251,5 @@ def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):
 @pytest.mark.parametrize("size", ["720", "1280x", "axb", "1280x720x3", "-4x4"])
 def test_a_wrong_size_is_one_line(tmp_path, size):
     """`softhand film --size` says how a size is written."""
-    result = run_command("film", "run.nc", "run.gif", f"--size={size}", folder=tmp_path)
+    result = run_command("film", "run.nc", "--out", "run.gif", f"--size={size}", folder=tmp_path)
     assert result.returncode == 1 and "1280x720" in result.stderr and "Traceback" not in result.stderr

@@ -8,6 +8,8 @@ from __future__ import annotations
 import signal
 import sys
 import warnings
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -80,9 +82,20 @@ def main() -> None:
 def _with_help(error: Any) -> str:
     """What is wrong with a command line, and where to read how it is written."""
     text = " ".join(error.format_message().split())
+    got = _given(getattr(getattr(error, "param", None), "opts", ()))
+    text = f"{text.rstrip('.')} (got {got})." if got and repr(got) not in text else text
     text = text if text.endswith((".", "?")) else f"{text}."
     path = error.ctx.command_path if error.ctx else "softhand"
     return f"{text} See: {path} --help"
+
+
+def _given(options: Sequence[str]) -> str:
+    """What stands behind one of these options on the command line."""
+    for word, following in pairwise([*sys.argv, ""]):
+        name, sign, value = word.partition("=")
+        if name in options:
+            return value if sign else following
+    return ""
 
 
 def _cut(line: str) -> str:
