@@ -22,6 +22,11 @@ class Outcome:
     stdout: str
     stderr: str
 
+    @property
+    def errors(self) -> str:
+        """What is said of mistakes, without the lines that say what begins."""
+        return "".join(line for line in self.stderr.splitlines(keepends=True) if not line.endswith(" ...\n"))
+
 
 def run_command(*arguments: str, folder: Path, width: int = 300) -> Outcome:
     """`softhand ARGUMENTS` from a folder, on a console so many letters wide."""

@@ -102,7 +102,7 @@ def test_stability_prints_growth_and_draws_the_scan(tmp_path, watch, short_scan)
     rows = dict(found[0].rows())
     assert rows["share of the contact stiffness that K_O takes"] == "0.421"
     assert rows["growth with torques held for 1 ms"] == "+5.24 1/s (unstable)".replace(" (", "  (")
-    assert (tmp_path / "stability.png").is_file() and found[0].scan.growth.shape == (3, 3)
+    assert (tmp_path / "runs/stability-target-a/stability.png").is_file() and found[0].scan.growth.shape == (3, 3)
 
 
 def test_stability_takes_any_controller(tmp_path, watch):
@@ -123,7 +123,7 @@ def test_workspace_compares_with_the_paper(tmp_path, watch, monkeypatch):
     assert_prints(result, found[0].rows())
     rows = dict(found[0].rows())
     assert rows["+roll alone"] == "+22.7 deg  (finger_3_tip at its apex, less than the paper's)"
-    assert "held within ±20 mm, ±30 deg" in rows and (tmp_path / "workspace.png").is_file()
+    assert "held within ±20 mm, ±30 deg" in rows and (tmp_path / "runs/workspace-target-a/workspace.png").is_file()
 
 
 @pytest.mark.parametrize("target", ["target-a", "run", "hand"])
@@ -171,6 +171,6 @@ def test_a_mistake_gives_one_message_and_no_traceback(tmp_path, arguments, words
     """A user's mistake: the thing, its value, the remedy; nothing on stdout; exit code 1."""
     result = run_command(*arguments, folder=tmp_path)
     assert result.returncode == 1
-    assert result.stderr.startswith("error:") and "Traceback" not in result.stderr and result.stdout == ""
+    assert result.errors.startswith("error:") and "Traceback" not in result.stderr and result.stdout == ""
     for word in words:
         assert word in result.stderr

@@ -11,7 +11,9 @@ import pytest
 from commands import run_command
 from typer.main import get_command
 
+import softhand
 from softhand import Recording
+from softhand.commands.help import Group
 from softhand.commands.main import app
 from softhand.plugins import SHIPPED
 
@@ -101,7 +103,7 @@ def test_a_mistake_gives_one_message_and_no_traceback(tmp_path, arguments, words
     """A user's mistake: the thing, its value, the remedy; nothing on stdout; exit code 1."""
     result = run_command(*arguments, folder=tmp_path)
     assert result.returncode == 1
-    assert result.stderr.startswith("error:") and "Traceback" not in result.stderr and result.stdout == ""
+    assert result.errors.startswith("error:") and "Traceback" not in result.stderr and result.stdout == ""
     for word in words:
         assert word in result.stderr
 
@@ -124,13 +126,115 @@ def test_interrupt_keeps_what_was_computed(tmp_path):
     assert not recording.complete and "interrupted" in recording.reason
 
 
-def test_units_in_brackets_are_escaped_in_the_help(tmp_path):
-    """A bracket would be taken for a style and left out: none stands bare, and units are seen."""
-    for command in get_command(app).commands.values():
-        for parameter in command.params:
-            assert not re.search(r"(?<!\\)\[", getattr(parameter, "help", None) or ""), (command.name, parameter.name)
-    shown = run_command("simulate", "--help", folder=tmp_path, width=120)
-    assert "Simulated time [s]." in shown.stdout
+def test_the_help_is_plain(tmp_path):
+    """Units in brackets are seen, no type stands in for what an option takes, and lines fit a narrow terminal."""
+    for command in get_command(app).commands:
+        shown = run_command(command, "--help", folder=tmp_path, width=80).stdout
+        text, _, _ = shown.partition("Example: ")
+        assert not re.search(r"<(bool|str|int|float|path)|\\\[|\bTEXT\b", text), command
+        assert max(map(len, text.splitlines())) <= 80, command
+    assert "Simulated time [s]." in run_command("simulate", "--help", folder=tmp_path, width=80).stdout
+
+
+def test_the_help_of_the_program_has_every_command_by_its_task(tmp_path):
+    """Each in one line of 80 letters, and none is left out; the same without --help."""
+    shown = run_command("--help", folder=tmp_path, width=80)
+    for task, names in Group.tasks.items():
+        assert f"\n{task}\n" in shown.stdout
+        for name in names:
+            assert re.search(rf"^  {name} +[A-Z].*\.$", shown.stdout, re.MULTILINE), name
+    assert {name for names in Group.tasks.values() for name in names} == set(get_command(app).commands)
+    assert run_command(folder=tmp_path, width=80) == shown
+
+
+SHARED = {
+    "--set": "simulate check compare grasp workspace stability remark3",
+    "--law": "simulate check compare grasp workspace stability remark3 identify",
+    "--controller": "simulate check compare grasp stability",
+    "--stepper": "simulate check compare grasp",
+    "--out": "simulate compare grasp workspace stability remark3 reproduce identify validate "
+    "plot report film export energy lyapunov",
+    "--plugin": "simulate check compare grasp workspace stability remark3 identify list "
+    "plot view report film export energy lyapunov",
+    "--json": "simulate check compare grasp workspace stability reproduce identify validate energy lyapunov list hands",
+    "--quiet": "simulate check compare grasp workspace stability remark3 reproduce identify validate new "
+    "plot view report film export energy lyapunov",
+}
+"""Options and the commands that have them."""
+
+
+def test_shared_options_are_everywhere():
+    """Where they make sense, and nowhere else."""
+    commands = get_command(app).commands
+    for option, names in SHARED.items():
+        assert {name for name, one in commands.items() if any(option in param.opts for param in one.params)} == set(
+            names.split()
+        ), option
+
+
+def test_the_version_and_the_module():
+    """`python -m softhand --version`, as `softhand --version`."""
+    for program in ([COMMAND], [sys.executable, "-m", "softhand"]):
+        found = subprocess.run([*program, "--version"], capture_output=True, text=True, timeout=60, check=True)
+        assert found.stdout == f"softhand {softhand.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulat"], ["'simulat'", "simulate", "See: softhand --help"]),
+        (["simulate", "--sped", "2"], ["--sped", "--speed", "See: softhand simulate --help"]),
+        (["view", "--speed", "fast", "run.nc"], ["--speed", "fast"]),
+        (["check"], ["TARGET", "See: softhand check --help"]),
+    ],
+)
+def test_a_wrong_command_line_is_one_line(tmp_path, arguments, words):
+    """With what may have been meant, and where to read on; exit code 2."""
+    result = run_command(*arguments, folder=tmp_path)
+    assert result.returncode == 2 and result.stdout == "" and result.stderr.count("\n") == 1
+    assert result.stderr.startswith("error: ") and all(word in result.stderr for word in words), result.stderr
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell", "pwsh"])
+def test_shells_complete(shell, tmp_path, monkeypatch):
+    """Each gets its script, which asks the program."""
+    monkeypatch.setenv("_SOFTHAND_COMPLETE", f"source_{shell}")
+    assert "complete_" in run_command(folder=tmp_path).stdout
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("softhand sta", {"stability"}),
+        ("softhand simulate target-", {"target-a", "target-b"}),
+        ("softhand simulate --law hert", {"hertz"}),
+        ("softhand check --contr", {"--controller"}),
+        ("softhand list step", {"steppers"}),
+    ],
+)
+def test_names_are_completed(line, words, tmp_path, monkeypatch):
+    """Commands, options, and the names of what there is."""
+    monkeypatch.setenv("_SOFTHAND_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", line)
+    monkeypatch.setenv("COMP_CWORD", str(len(line.split()) - 1))
+    assert set(run_command(folder=tmp_path).stdout.split()) == words
+
+
+def test_the_help_imports_no_more_than_it_needs():
+    """Neither what computes nor what draws, nor what prints bars."""
+    heavy = {"numpy", "numba", "pinocchio", "scipy", "pydantic", "matplotlib", "rich"}
+    code = f"""
+import sys
+from softhand.commands.main import main
+sys.argv = ["softhand", "--help"]
+try:
+    main()
+except SystemExit:
+    pass
+print({heavy} & set(sys.modules))
+"""
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert found.stdout.splitlines()[-1] == "set()"
 
 
 def test_every_list_is_named_in_the_help(tmp_path):

@@ -159,7 +159,7 @@ def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     dataclasses.replace(run, variables=brief).save(tmp_path / "run.nc")
     folder = Path(tempfile.mkdtemp(dir="/tmp"))  # short: a longer one is not taken for Chromium
     process = subprocess.Popen(
-        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "run.gif", "--speed", "2e-4", "--fps", "10"],
+        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "--out", "run.gif", "--speed", "2e-4", "--fps", "10"],
         cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
     )  # fmt: skip
@@ -265,5 +265,5 @@ def test_a_missing_ffmpeg_gives_both_remedies(run, tmp_path, monkeypatch):
 @pytest.mark.parametrize("size", ["720", "1280x", "axb", "1280x720x3", "-4x4"])
 def test_a_wrong_size_is_one_line(tmp_path, size):
     """`softhand film --size` says how a size is written."""
-    result = run_command("film", "run.nc", "run.gif", f"--size={size}", folder=tmp_path)
+    result = run_command("film", "run.nc", "--out", "run.gif", f"--size={size}", folder=tmp_path)
     assert result.returncode == 1 and "1280x720" in result.stderr and "Traceback" not in result.stderr

@@ -229,14 +229,14 @@ def test_a_point_off_the_surface_is_told() -> None:
 
 
 def test_the_command_prints_and_draws(tmp_path: Path) -> None:
-    """The rows of the call, and grasp.png."""
+    """The rows of the call, and grasp.png in a new folder."""
     result = run_command("grasp", "target-a", folder=tmp_path)
     assert result.returncode == 0, result.stderr
     lines = [" ".join(line.split()) for line in result.stdout.splitlines()]
     for row in (*quality().finger_rows(), *quality().rows()):
         assert " ".join(" ".join(row).split()) in lines
-    assert "146 of 179" in result.stdout and "wrote grasp.png" in result.stdout
-    assert (tmp_path / "grasp.png").read_bytes().startswith(b"\x89PNG")
+    assert "146 of 179" in result.stdout and "wrote runs/grasp-target-a/grasp.png" in result.stdout
+    assert (tmp_path / "runs/grasp-target-a/grasp.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_command_shows_what_it_can(tmp_path: Path) -> None:

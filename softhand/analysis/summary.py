@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from softhand.numerics.record import Record
 from softhand.numerics.rotations import turns_between
 from softhand.numerics.table import html_table
 from softhand.recording.events import Event, find_events
@@ -16,7 +18,7 @@ _ROUNDED = 1e-9  # a tip that slips is on the limit
 
 
 @dataclass(frozen=True, repr=False)
-class Summary:
+class Summary(Record):
     """How a run ended and what it used.
 
     Attributes:
@@ -39,6 +41,13 @@ class Summary:
         steps_per_second: simulated time steps per second of wall time, controller and recording included.
         real_time_factor: simulated time over wall time.
     """
+
+    units: ClassVar = {
+        "position_error": "mm", "orientation_error": "deg", "force_error": "N", "friction_use": "1",
+        "friction_time": "s", "limit_surface_use": "1", "limit_surface_time": "s", "slipped": "m",
+        "torque_limited": "1", "lost_contact": "s", "steps_per_second": "1/s", "real_time_factor": "1",
+    }  # fmt: skip
+    unreported: ClassVar = frozenset({"events"})
 
     position_error: float
     orientation_error: float

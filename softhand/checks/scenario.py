@@ -78,10 +78,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
     warnings = [
         *_of_urdf(world.hand),
         *_of_urdf(world.object),
-        *_of_tips(observation, simulation.plant),
-        *_of_joints(simulation, world),
-        *_of_step(scenario, stepper.stable_up_to, frequency),
-        *_of_table(scenario, world),
+        *_of_start(setup, simulation, observation, frequency),
         *doubts_of_target(setup),
         *_of_loop(setup),
     ]
@@ -93,6 +90,28 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_touch_rows(simulation.plant),
     ]
     return Checkup(list_values(setup.scenario, slides_of(world)), start, warnings, frequency)
+
+
+def doubts_of_start(setup: Setup) -> list[str]:
+    """What `check_scenario` warns of at the start: tips, joints, step, table."""
+    simulation = assemble(setup)
+    observation = simulation.sample()
+    stepper = find_plugin("steppers", setup.scenario.stepper.name, "stepper.name")
+    any_step = math.isinf(stepper.stable_up_to)  # then kernels are spared that a run does not need
+    return _of_start(
+        setup, simulation, observation, 0.0 if any_step else fastest_frequency(simulation.plant, simulation.state)
+    )
+
+
+def _of_start(setup: Setup, simulation: Simulation, observation: Observation, frequency: float) -> list[str]:
+    scenario, world = setup.scenario, simulation.plant.world
+    stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
+    return [
+        *_of_tips(observation, simulation.plant),
+        *_of_joints(simulation, world),
+        *_of_step(scenario, stepper.stable_up_to, frequency),
+        *_of_table(scenario, world),
+    ]
 
 
 def fastest_frequency(plant: Plant, state: State) -> float:

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from softhand.commands.app import app
-from softhand.commands.console import Quiet, figure_beside, print_table, say, say_compiling
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress, say_compiling
+from softhand.commands.options import Json, OutBesideRun, Plugins, Quiet, Run
+from softhand.commands.places import figure_of_run
 from softhand.commands.runs import load_run
 
 _POINTS = 201
 
 
-@app.command(epilog="Example: softhand energy runs/target-a/run.nc")
+@command("softhand energy runs/target-a")
 def energy(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Figure to write, .png, .pdf or .svg; by default energy.png beside the recording."),
-    ] = None,
+    recording: Run,
+    out: OutBesideRun = None,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw the energy ledger of a run: work of the joints, kinetic, height, tips, damping, slip, and what is left."""
-    target = figure_beside(recording, "energy.png", out)
+    """Draw where the work of the joints went.
+
+    Into motion, height, the tips, their damping and slip; and what is left.
+    """
+    target = figure_of_run(recording, "energy.png", out)
     say_compiling(quiet)
     import numpy as np
 
@@ -33,10 +32,13 @@ def energy(
     from softhand.plots.style import save_figure
     from softhand.recording.recorded import scenario_of
 
+    printer = Printer(quiet, as_json)
     run = load_run(recording)
+    printer.incomplete(run)
     samples = np.unique(np.linspace(0, len(run) - 1, _POINTS).round().astype(int))
-    ledger = energy_ledger(run, samples=samples)
+    with progress(f"summing the energy of {recording}", 1.0, quiet):
+        ledger = energy_ledger(run, samples=samples)
     save_figure(draw_energy(ledger, scenario_of(run).title), target)
-    if not quiet:
-        print_table(f"{recording}", ledger.rows())
-        say(f"wrote {target}")
+    printer.json(ledger)
+    printer.table(f"{recording}", ledger.rows())
+    printer.say(f"wrote {target}")

@@ -2,51 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import Quiet, check_file, note_incomplete, progress, say
-from softhand.commands.runs import load_run
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress
+from softhand.commands.options import OutFile, Plugins, Quiet, Run
+from softhand.commands.places import beside_run
+from softhand.commands.runs import load_run, run_file
 from softhand.errors import SofthandError
 
 if TYPE_CHECKING:
     from softhand.recording.recording import Recording
-    from softhand.simulation.simulation import Progress
 
 FORMATS = ("mcap", "csv", "rrd")
 
 
-@app.command(epilog="Example: softhand export runs/target-a/run.nc --mcap --out run.mcap")
+@command("softhand export runs/target-a --mcap --out run.mcap")
 def export(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc, or its folder.")],
+    recording: Run,
     mcap: Annotated[bool, typer.Option("--mcap", help="MCAP, for Foxglove, Lichtblick and others.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="CSV: all numbers, a row a sample.")] = False,
     rrd: Annotated[bool, typer.Option("--rrd", help="For the viewer of Rerun.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="File to write; by default beside the recording. Its ending may say the format.")
-    ] = None,
-    rate: Annotated[float, typer.Option(help="Pictures a second, in MCAP and rrd.")] = 30.0,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Pictures a second, in MCAP and rrd.")] = 30.0,
     picture: Annotated[
         bool, typer.Option("--picture/--no-picture", help="Take the 3-D scene along, in MCAP and rrd.")
     ] = True,
+    out: OutFile = None,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
     quiet: Quiet = False,
 ) -> None:
-    """Write a recording as MCAP, CSV or rrd, for other programs."""
+    """Write a recording as MCAP, CSV or rrd, for other programs.
+
+    The ending of --out may say the format.
+    """
     chosen = _format([name for name, asked in zip(FORMATS, (mcap, csv, rrd), strict=True) if asked], out)
-    beside = recording / "run.nc" if recording.is_dir() else recording
-    target = out or beside.with_suffix(f".{chosen}")
-    if out is not None or beside.exists():  # one that is missing is told when it is read
-        check_file(target)
+    target = beside_run(recording, run_file(recording).with_suffix(f".{chosen}").name, out)
+    printer = Printer(quiet)
     run = load_run(recording)
-    if not quiet:
-        note_incomplete(run)
-    with progress("exporting", 1.0, quiet) as tell:
-        _write(run, chosen, target, rate, picture, tell or (lambda done: None))
-    if not quiet:
-        say(f"wrote {target}")
+    printer.incomplete(run)
+    with progress(f"writing {target}", 1.0, quiet) as tell:
+        _write(run, chosen, target, rate, picture, tell)
+    printer.say(f"wrote {target}")
 
 
 def _format(asked: list[str], out: Path | None) -> str:
@@ -71,7 +71,9 @@ def _format(asked: list[str], out: Path | None) -> str:
     raise SofthandError(f"format: {got}; choose with {options}.", value=ending)
 
 
-def _write(run: Recording, chosen: str, target: Path, rate: float, picture: bool, tell: Progress) -> None:
+def _write(
+    run: Recording, chosen: str, target: Path, rate: float, picture: bool, tell: Callable[[float], None]
+) -> None:
     from softhand.export.writing import write_mcap, write_rrd
     from softhand.recording.whole_file import check_place
 

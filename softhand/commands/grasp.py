@@ -2,82 +2,126 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import Plugins, Quiet, Set, check_figure, print_table, progress, say, say_compiling
-from softhand.errors import GraspError
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress, say, say_compiling
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set, Stepper
+from softhand.commands.places import check_figure, check_new, figure_of, name_of, write_text
+from softhand.commands.scenarios import parse_changes, scenario_file, with_options
+from softhand.errors import GraspError, SofthandError
 
 if TYPE_CHECKING:
     from softhand.grasping.proposals import Proposals
     from softhand.scenario.scenario import Scenario
 
 
-@app.command(epilog="Example: softhand grasp target-a --set object.mass=0.3; softhand grasp my.toml --place --propose")
+@command(
+    "softhand grasp target-a --set object.mass=0.3; "
+    "softhand grasp my.toml --place --propose --write held.toml && softhand simulate held.toml"
+)
 def grasp(
-    scenario: Annotated[
-        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
-    ] = "target-a",
+    scenario: ScenarioName = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
-    out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("grasp.png"),
+    law: Law = None,
+    controller: Controller = None,
+    stepper: Stepper = None,
     place: Annotated[
         bool, typer.Option("--place", help="First move the object to where the fingers have most room.")
     ] = False,
     propose: Annotated[bool, typer.Option("--propose", help="Search for contact points that hold the object.")] = False,
-    count: Annotated[int, typer.Option(min=1, max=100, help="Most proposals.")] = 5,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
+    count: Annotated[int, typer.Option(metavar="N", min=1, max=100, help="Most proposals.")] = 5,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the search.")] = 0,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml", help="Keep the best proposal, or the new place, as a scenario in a new file."
+        ),
+    ] = None,
+    out: OutFigure = None,
     plugins: Plugins = [],  # noqa: B006
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Show the grasp at the start: reach, friction, force closure, least internal force; or propose others.
+    """Show how good the grasp at the start is, or propose others.
 
-    With --propose the scenario needs no contact points and no internal forces.
-    Exit code 1 where there is no grasp at rest; what is known of it is shown all the same.
+    Reach, friction, force closure and the least internal forces, finger by finger. With --propose the scenario needs no
+    contact points and no internal forces. Exit code 1 where there is no grasp at rest; what is known of it is shown all
+    the same.
     """
     check_figure(out)
+    if write is not None:
+        _check_write(write, place or propose)
+    from softhand.scenario.scenario import load_scenario
+    from softhand.scenario.ungrasped import without_grasp
+
+    name, printer = name_of(scenario), Printer(quiet, as_json)
+    values = parse_changes(changes)
+    source = scenario_file(scenario)
+    stand_ins = without_grasp(source, values) if propose else {}
+    chosen = with_options(load_scenario(source, {**values, **stand_ins}), law, controller, stepper)
     say_compiling(quiet)
     from softhand.grasping.quality import grasp_quality
     from softhand.plots.grasp import draw_grasp
     from softhand.plots.style import save_figure
-    from softhand.scenario.file import parse_override
-    from softhand.scenario.scenario import load_scenario
-    from softhand.scenario.ungrasped import without_grasp
 
-    name = Path(scenario).stem
-    values = dict(parse_override(change) for change in changes)
-    stand_ins = without_grasp(scenario, values) if propose else {}
-    chosen = load_scenario(scenario, {**values, **stand_ins})
     if place:
-        chosen = _placed(chosen, not stand_ins, propose, quiet)
+        chosen = _placed(chosen, not stand_ins, propose, printer)
     if propose:
         from softhand.grasping.proposals import propose_grasps
 
         with progress("searching for grasps", 1.0, quiet) as report:
             proposals = propose_grasps(chosen, count, seed, progress=report)
-        quality, title = proposals[0].quality, f"Best proposal for {name}"
-        if not quiet:
-            _print_proposals(proposals)
+        chosen, quality, title = proposals[0].scenario, proposals[0].quality, f"Best proposal for {name}"
+        printer.json(proposals)
+        _print_proposals(proposals, printer)
     else:
         quality, title = grasp_quality(chosen), f"Grasp of {name}"
-    if not quiet:
-        print_table(title, quality.finger_rows())
-        print_table("the grasp as a whole", quality.rows())
-    save_figure(draw_grasp(quality, title), out)
-    if not quiet:
-        say(f"wrote {out}")
+        printer.json(quality)
+    header, *rows = quality.finger_rows()
+    printer.table(title, rows, header)
+    printer.table("the grasp as a whole", quality.rows())
+    target = figure_of(scenario, "grasp", out)
+    save_figure(draw_grasp(quality, title), target)
+    printer.say(f"wrote {target}")
     if quality.refusal is not None:
         raise quality.refusal
+    if write is not None:
+        _write(chosen, f"{title}, margin {quality.margin:.3f} N per newton of normal force", write)
+        printer.say(f"wrote {write}: softhand simulate {write}")
 
 
-def _placed(scenario: Scenario, has_points: bool, propose: bool, quiet: bool) -> Scenario:
+def _check_write(file: Path, finds: bool) -> None:
+    if not finds:
+        raise SofthandError("--write: keeps what --propose or --place finds; add one of them.", value=str(file))
+    if file.suffix.lower() != ".toml":
+        raise SofthandError(f"--write: got {file}; the name of a scenario ends with .toml.", value=str(file))
+    check_new(file)
+
+
+def _write(scenario: Scenario, title: str, file: Path) -> None:
+    """The scenario as a file, with the files of hand and object beside it named from there."""
+    paths = {}
+    for urdf in (scenario.hand.urdf, scenario.object.urdf):
+        beside = os.path.relpath(urdf, file.absolute().parent) if os.path.isabs(urdf) else ".."
+        if not beside.startswith(".."):
+            paths[f'urdf = "{urdf}"'] = f'urdf = "{beside}"'
+    text = scenario.to_toml()
+    for before, after in paths.items():
+        text = text.replace(before, after)
+    write_text(file, f"# {title}. All units are SI; softhand check {file.name} names them.\n{text}")
+
+
+def _placed(scenario: Scenario, has_points: bool, propose: bool, printer: Printer) -> Scenario:
     """The object where its grasp has most room; where other points are looked for, else where all fingers reach it."""
     from softhand.grasping.placement import place_object
     from softhand.grasping.reaching import place_in_reach
 
-    with progress("placing the object", 1.0, quiet) as report:
+    with progress("placing the object", 1.0, printer.quiet) as report:
         try:
             placement = place_object(scenario, progress=report) if has_points else None
         except GraspError:
@@ -85,13 +129,14 @@ def _placed(scenario: Scenario, has_points: bool, propose: bool, quiet: bool) ->
                 raise
             placement = None
         found = placement or place_in_reach(scenario, report)
-    if not quiet:
-        for key, value in found.rows():
-            say(f"{key} = {value}")
+    for key, value in found.rows():
+        printer.say(f"{key} = {value}")
     return found.scenario
 
 
-def _print_proposals(proposals: Proposals) -> None:
-    print_table("proposals, best first", proposals.rows())
-    for k, proposal in enumerate(proposals, start=1):
-        say(f"# proposal {k}\n{proposal.section()}")
+def _print_proposals(proposals: Proposals, printer: Printer) -> None:
+    header, *rows = proposals.rows()
+    printer.table("proposals, best first", rows, header)
+    if not (printer.quiet or printer.as_json):
+        for k, proposal in enumerate(proposals, start=1):
+            say(f"# proposal {k}\n{proposal.section()}")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from softhand.commands.app import app
-from softhand.commands.console import print_table
+from softhand.commands.app import command
+from softhand.commands.console import Printer
+from softhand.commands.options import Json
 
 
-@app.command(epilog="Example: softhand hands")
-def hands() -> None:
-    """List the hands of the scenarios that ship: joints, fingertips, mass, scenarios, and what to install for them."""
+@command("softhand hands")
+def hands(as_json: Json = False) -> None:
+    """List the hands of the scenarios that ship, and what to install."""
+    from dataclasses import asdict
+
     from softhand.scenario.hands import known_hands
 
-    for hand in known_hands():
-        print_table(hand.name, hand.rows())
+    printer = Printer(as_json=as_json)
+    found = known_hands()
+    printer.json([{**asdict(hand), "units": {"mass": "kg"}} for hand in found])
+    for hand in found:
+        printer.table(hand.name, hand.rows())

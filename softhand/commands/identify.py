@@ -8,50 +8,51 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import (
-    Out,
-    Plugins,
-    Quiet,
-    check_folder,
-    console,
-    make_folder,
-    new_folder,
-    plain,
-    progress,
-    say,
-    write_text,
-)
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress
+from softhand.commands.options import FittedLaw, Json, OutFolder, Plugins, Quiet
+from softhand.commands.places import check_folder, make_folder, new_folder, write_text
 from softhand.errors import MeasurementError
 
 if TYPE_CHECKING:
     from softhand.identification.identify import Identification
 
 
-@app.command(epilog="Example: softhand identify press.csv twist.csv --radius 10mm --law nakashima")
+@command("softhand identify press.csv twist.csv --radius 10mm --law nakashima")
 def identify(
     data: Annotated[
-        list[Path] | None, typer.Argument(help="CSV files; their headers name quantities and units.")
+        list[Path] | None,
+        typer.Argument(metavar="FILE.csv", help="Measurements; their headers name quantities and units."),
     ] = None,
     example: Annotated[
         bool, typer.Option("--example", help="Take the example file, and copy it beside the results.")
     ] = False,
-    law: Annotated[str, typer.Option(help="Law to fit (see: softhand list laws).")] = "nakashima",
-    radius: Annotated[str | None, typer.Option(help="Radius of the tip, such as 10mm; else that of the file.")] = None,
+    law: FittedLaw = "nakashima",
+    radius: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Radius of the tip, such as 10mm; else that of the file."),
+    ] = None,
     fix: Annotated[
         list[str], typer.Option(metavar="NAME=VALUE", help="Do not fit this coefficient; SI; may be repeated.")
     ] = [],  # noqa: B006  typer copies it
-    friction: Annotated[float | None, typer.Option(help="Coefficient mu, written into fingertip.toml.")] = None,
-    level: Annotated[float, typer.Option(help="Of the confidence intervals, 0 to 1.")] = 0.95,
-    compare: Annotated[bool, typer.Option(help="Print all laws compared by cross-validation.")] = True,
-    plugin: Plugins = [],  # noqa: B006  typer copies it
-    out: Out = None,
+    friction: Annotated[
+        float | None, typer.Option(metavar="MU", help="Coefficient of friction, written into fingertip.toml.")
+    ] = None,
+    level: Annotated[float, typer.Option(metavar="SHARE", help="Of the confidence intervals, 0 to 1.")] = 0.95,
+    compare: Annotated[
+        bool, typer.Option("--compare/--no-compare", help="Compare all laws by cross-validation.")
+    ] = True,
+    out: OutFolder = None,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    r"""Fit a fingertip law to measured forces; writes fit.png and fingertip.toml, and says which law foretells best.
+    """Fit a fingertip law to measured forces.
+
+    Writes fit.png and fingertip.toml, and says which law foretells best.
 
     Columns: phi, dr, dtheta, dphi, dpsi and what was measured of Fr, Ftheta, Fphi, Fpsi, each with its unit in square
-    brackets, such as "dr \[mm],phi \[deg],Fr \[N]".
+    brackets, such as "dr [mm],phi [deg],Fr [N]".
     """
     check_folder(out)
     from softhand.identification.identify import identify
@@ -64,8 +65,10 @@ def identify(
         raise MeasurementError("Give CSV files, or --example to see how it goes.", column="", value=None)
     if not 0.0 < level < 1.0:
         raise MeasurementError(f"--level: got {level:g}; it must lie between 0 and 1.", column="level", value=level)
-    compare = compare and not quiet
-    with progress("comparing laws", float(len(plugin_names("laws"))), not compare) as report:
+    printer = Printer(quiet, as_json)
+    compare = compare and (as_json or not quiet)
+    what = "comparing laws" if compare else f"fitting {law}"
+    with progress(what, float(len(plugin_names("laws"))), quiet) as report:
         found = identify(
             [EXAMPLE] if example else data or [],
             law=law, radius=radius, fix=_read_fixed(fix), friction=friction, level=level,
@@ -77,10 +80,10 @@ def identify(
     write_text(folder / "fingertip.toml", found.to_toml())
     if example:
         write_text(folder / "example.csv", EXAMPLE.read_text(encoding="utf-8"))
-    if not quiet:
-        _print(found)
-        files = f"fit.png, fingertip.toml{', example.csv' * example}"
-        say(f"wrote {files} in {folder}/")
+    printer.json(found)
+    _print(found, printer)
+    files = f"fit.png, fingertip.toml{', example.csv' * example}"
+    printer.say(f"wrote {files} in {folder}/")
 
 
 def _read_fixed(texts: list[str]) -> dict[str, float]:
@@ -104,31 +107,21 @@ def _read_fixed(texts: list[str]) -> dict[str, float]:
     return fixed
 
 
-def _print(found: Identification) -> None:
+def _print(found: Identification, printer: Printer) -> None:
     fit = found.fit
     level = f"{100.0 * fit.level:g} %"
-    _print_rows(f"law {found.law_name}, radius {1e3 * fit.radius:g} mm, {len(fit.measurements)} rows",
-                ("", "value", f"{level} from", "to", "unit", ""), found.rows())  # fmt: skip
-    _print_rows("standard deviations", ("", "of residuals", "of repeats", "unit"), found.scatter_rows())
+    printer.table(
+        f"law {found.law_name}, radius {1e3 * fit.radius:g} mm, {len(fit.measurements)} rows",
+        found.rows(), ("", "value", f"{level} from", "to", "unit", ""),
+    )  # fmt: skip
+    printer.table("standard deviations", found.scatter_rows(), ("", "of residuals", "of repeats", "unit"))
     for finding in found.findings:
-        say(finding.text, "warning" if finding.is_warning else "note")
+        printer.say(finding.text, "warning" if finding.is_warning else "note")
     if found.scores:
         header = ("law", "fitted", "all", "Fr\n[N]", "Ftheta\n[N mm]", "Fphi\n[N mm]", "Fpsi\n[N mm]")
-        _print_rows("errors at settings that were not fitted (rms)", header, found.score_rows())
+        printer.table("errors at settings that were not fitted (rms)", found.score_rows(), header)
     for score in found.scores:
         if score.failure:
-            say(f"{score.name} is left out: {score.failure}", "note")
+            printer.say(f"{score.name} is left out: {score.failure}", "note")
     if found.not_compared:
-        say(found.not_compared, "note")
-
-
-def _print_rows(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(title=plain(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    for k, name in enumerate(header):
-        table.add_column(plain(name), no_wrap=k + 1 < len(header) or bool(name))
-    for row in rows:
-        table.add_row(*map(plain, row))
-    console().print(table)
+        printer.say(found.not_compared, "note")

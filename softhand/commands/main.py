@@ -8,7 +8,11 @@ from __future__ import annotations
 import signal
 import sys
 import warnings
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
+
+import typer
 
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
@@ -21,6 +25,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     identify,
     lyapunov,
     names,
+    new,
     plot,
     remark3,
     report,
@@ -39,6 +44,7 @@ from softhand.commands.surroundings import check_surroundings, explain
 from softhand.errors import SofthandError
 
 INTERRUPTED = 130
+UsageError: Any = typer.BadParameter.__mro__[1]  # typer has a name for this one child alone
 _LONGEST = 2000  # letters of a line
 
 
@@ -52,12 +58,17 @@ def main() -> None:
     try:
         check_surroundings()
         try:
-            app()
+            code = app(standalone_mode=False, prog_name="softhand")
         finally:
             finish_output()
+        if code:
+            sys.exit(code)
     except SofthandError as error:
         _say_error(str(error))
         sys.exit(INTERRUPTED if getattr(error, "reason", "") == "interrupted" else 1)
+    except UsageError as error:
+        _say_error(_with_help(error))
+        sys.exit(error.exit_code)
     except (MemoryError, ImportError, OSError) as error:
         _say_error(explain(error))
         sys.exit(1)
@@ -66,6 +77,25 @@ def main() -> None:
             raise
         say("interrupted", error=True)
         sys.exit(INTERRUPTED)
+
+
+def _with_help(error: Any) -> str:
+    """What is wrong with a command line, and where to read how it is written."""
+    text = " ".join(error.format_message().split())
+    got = _given(getattr(getattr(error, "param", None), "opts", ()))
+    text = f"{text.rstrip('.')} (got {got})." if got and repr(got) not in text else text
+    text = text if text.endswith((".", "?")) else f"{text}."
+    path = error.ctx.command_path if error.ctx else "softhand"
+    return f"{text} See: {path} --help"
+
+
+def _given(options: Sequence[str]) -> str:
+    """What stands behind one of these options on the command line."""
+    for word, following in pairwise([*sys.argv, ""]):
+        name, sign, value = word.partition("=")
+        if name in options:
+            return value if sign else following
+    return ""
 
 
 def _cut(line: str) -> str:

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from softhand.commands.app import app
-from softhand.commands.console import figure_beside, note_incomplete, say
+from softhand.commands.app import command
+from softhand.commands.console import Printer
+from softhand.commands.options import OutBesideRun, Plugins, Quiet, Run
+from softhand.commands.places import figure_of_run
 from softhand.commands.runs import load_run
 
 
-@app.command(epilog="Example: softhand plot runs/target-a/run.nc --out grasp.pdf")
+@command("softhand plot runs/target-a --out grasp.pdf")
 def plot(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Figure to write, .png, .pdf or .svg; by default figure.png beside the recording."),
-    ] = None,
+    recording: Run,
+    out: OutBesideRun = None,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
+    quiet: Quiet = False,
 ) -> None:
     """Draw the figure of a recording."""
-    target = figure_beside(recording, "figure.png", out)
+    target = figure_of_run(recording, "figure.png", out)
     from softhand.plots.run import draw_run
     from softhand.plots.style import save_figure
 
+    printer = Printer(quiet)
     run = load_run(recording)
-    note_incomplete(run)
+    printer.incomplete(run)
     save_figure(draw_run(run), target)
-    say(f"wrote {target}")
+    printer.say(f"wrote {target}")

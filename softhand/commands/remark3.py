@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from softhand.commands.app import app
-from softhand.commands.console import Set, check_figure, say
+from softhand.commands.app import command
+from softhand.commands.console import Printer
+from softhand.commands.options import Law, OutFigure, Plugins, Quiet, ScenarioName, Set
+from softhand.commands.places import check_figure, figure_of
+from softhand.commands.scenarios import chosen_scenario
 
 
-@app.command(epilog="Example: softhand remark3 target-a --out angle.pdf")
+@command("softhand remark3 target-a --out angle.pdf")
 def remark3(
-    scenario: Annotated[
-        str, typer.Argument(help="A scenario whose fingertip is drawn: one that ships or a .toml file.")
-    ] = "target-a",
+    scenario: ScenarioName = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
-    out: Annotated[Path, typer.Option(help="Figure to write, .png, .pdf or .svg.")] = Path("remark3.png"),
+    law: Law = None,
+    out: OutFigure = None,
+    plugins: Plugins = [],  # noqa: B006
+    quiet: Quiet = False,
 ) -> None:
-    """Draw the force along the finger's axis against the tilt, beside the radial model (Remark 3 of the paper)."""
+    """Draw the force along the finger against the tilt (Remark 3).
+
+    For the fingertip of the scenario, beside the radial model.
+    """
     check_figure(out)
+    chosen = chosen_scenario(scenario, changes, law)
     from softhand.assembly.parts import read_law
     from softhand.plots.angle_force import draw_angle_force
     from softhand.plots.style import save_figure
-    from softhand.scenario.file import parse_override
-    from softhand.scenario.scenario import load_scenario
 
-    chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
-    save_figure(draw_angle_force(read_law(chosen)), out)
-    say(f"wrote {out}")
+    figure = draw_angle_force(read_law(chosen))
+    target = figure_of(scenario, "remark3", out)
+    save_figure(figure, target)
+    Printer(quiet).say(f"wrote {target}")

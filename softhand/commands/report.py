@@ -7,29 +7,33 @@ from typing import Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import Quiet, check_file, note_incomplete, progress, say
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress
+from softhand.commands.options import OutFile, Plugins, Quiet
+from softhand.commands.places import beside_run
 from softhand.commands.runs import load_run
 
 
-@app.command(epilog="Example: softhand report runs/target-a/run.nc runs/target-b/run.nc --out both.html")
+@command("softhand report runs/target-a runs/target-b --out both.html")
 def report(
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings, run.nc; several share one clock.")],
-    out: Annotated[
-        Path | None, typer.Option(help="File to write; by default report.html beside the first recording.")
-    ] = None,
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN", help="Recordings, run.nc, or their folders; several share one clock."),
+    ],
+    out: OutFile = None,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
     quiet: Quiet = False,
 ) -> None:
-    """Make one HTML file with the 3-D film, curves and numbers; it works offline."""
+    """Make one HTML file with film, curves and numbers.
+
+    It works offline. Without --out it is report.html beside the first recording.
+    """
     from softhand.viewer.report.report import write_report
 
-    target = out or recordings[0].parent / "report.html"
-    if out is not None or recordings[0].exists():  # one that is missing is told when it is read
-        check_file(target)
+    target = beside_run(recordings[0], "report.html", out)
+    printer = Printer(quiet)
     runs = [load_run(recording) for recording in recordings]
-    if not quiet:
-        note_incomplete(*runs)
-    with progress("making the report", 1.0, quiet) as tell:
-        write_report(target, *runs, progress=tell or (lambda done: None))
-    if not quiet:
-        say(f"wrote {target}")
+    printer.incomplete(*runs)
+    with progress(f"making {target}", 1.0, quiet) as tell:
+        write_report(target, *runs, progress=tell)
+    printer.say(f"wrote {target}")

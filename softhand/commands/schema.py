@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import typer
+from softhand.commands.app import command
+from softhand.commands.console import Printer
 
-from softhand.commands.app import app
 
-
-@app.command(epilog="Example: softhand schema > scenario.schema.json")
+@command("softhand schema > scenario.schema.json")
 def schema() -> None:
-    """Print the JSON schema of scenarios, by which editors complete and check keys.
+    """Print the JSON schema of scenarios, for editors.
 
-    Put the line `#:schema scenario.schema.json` at the top of a scenario.
+    They complete and check keys by it. Put the line `#:schema scenario.schema.json` at the top of a scenario.
     """
-    import json
-
     from softhand.scenario.schema import scenario_schema
 
-    typer.echo(json.dumps(scenario_schema(), indent=2, ensure_ascii=False))
+    Printer(as_json=True).json(scenario_schema())

@@ -10,28 +10,28 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import (
-    Out,
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress, say, say_compiling
+from softhand.commands.options import (
+    Controller,
+    Duration,
+    Json,
+    Law,
+    OutFolder,
     Plugins,
     Quiet,
+    ScenarioName,
     Set,
-    check_folder,
-    make_folder,
-    new_folder,
-    print_events,
-    print_table,
-    progress,
-    remove_old,
-    say,
-    say_compiling,
-    write_text,
+    Stepper,
 )
+from softhand.commands.places import check_folder, make_folder, name_of, new_folder, remove_old, write_text
+from softhand.commands.scenarios import chosen_scenario
 from softhand.commands.view import HOST, PORT, Host, OpenPage, Port, Speed, refuse_host, show_page
 from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
     from softhand.assembly.resolve import Setup
+    from softhand.closed_loop.growing import Growing
     from softhand.recording.recording import Recording
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
@@ -40,49 +40,33 @@ if TYPE_CHECKING:
     from softhand.viewer.meshcat.viewer import MeshcatViewer
 
 
-@app.command(epilog="Example: softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
+@command("softhand simulate target-b --set object.mass=0.3 --stepper rk4 --out heavy")
 def simulate(
-    scenario: Annotated[
-        str, typer.Argument(help="A scenario that ships (see: softhand list) or a .toml file.")
-    ] = "target-a",
+    scenario: ScenarioName = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
-    out: Out = None,
-    law: Annotated[
-        str | None, typer.Option(help="Fingertip law, with its own defaults and the scenario's radius and friction.")
-    ] = None,
-    stepper: Annotated[str | None, typer.Option(help="Stepper, with its own defaults and the scenario's step.")] = None,
-    controller: Annotated[str | None, typer.Option(help="Controller, with its own defaults.")] = None,
-    duration: Annotated[float | None, typer.Option(help=r"Simulated time \[s].")] = None,
-    plot: Annotated[bool, typer.Option(help="Draw figure.png.")] = True,
+    law: Law = None,
+    controller: Controller = None,
+    stepper: Stepper = None,
+    duration: Duration = None,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figure.png.")] = True,
     view: Annotated[bool, typer.Option("--view", help="Show the run in 3-D on a page, in real time.")] = False,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in meshcat, in real time.")] = False,
     speed: Speed = 1.0,
     host: Host = HOST,
     port: Port = PORT,
     open_page: OpenPage = True,
+    out: OutFolder = None,
     plugins: Plugins = [],  # noqa: B006
+    as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run a scenario; writes run.nc, figure.png and scenario.toml into a folder."""
+    """Run a scenario; writes run.nc, figure.png and scenario.toml."""
     check_folder(out)
-    from softhand.scenario.file import parse_override
-    from softhand.scenario.scenario import load_scenario, with_law
-
-    values = dict(parse_override(change) for change in changes)
-    if duration is not None:
-        values["duration"] = duration
-    chosen = load_scenario(scenario, values)
-    if law is not None and law != chosen.fingertip.law:
-        chosen = with_law(chosen, law)
-    if controller is not None and controller != chosen.controller.name:
-        chosen = chosen.with_values({"controller": {"name": controller}})
-    if stepper is not None and stepper != chosen.stepper.name:
-        before = chosen.stepper
-        chosen = chosen.with_values({"stepper": {"name": stepper, "step": before.step, "terms": before.terms}})
+    chosen = chosen_scenario(scenario, changes, law, controller, stepper, {"duration": duration})
     if meshcat:
         refuse_host(host)
     window = _Window(speed, host, port, open_page, quiet, meshcat) if view or meshcat else None
-    _simulate(chosen, out, Path(scenario).stem, plot, quiet, window)
+    _simulate(chosen, out, name_of(scenario), plot, Printer(quiet, as_json), window)
 
 
 class _Window(NamedTuple):
@@ -120,47 +104,63 @@ class _Window(NamedTuple):
         return Viewer(simulation, self.host, self.port)
 
 
-def _simulate(scenario: Scenario, out: Path | None, name: str, plot: bool, quiet: bool, window: _Window | None) -> None:
-    say_compiling(quiet)
+def _simulate(
+    scenario: Scenario, out: Path | None, name: str, plot: bool, printer: Printer, window: _Window | None
+) -> None:
+    say_compiling(printer.quiet)
+    with progress(f"simulating {name}, {scenario.duration:g} s", scenario.duration, printer.quiet) as report:
+        setup, simulation, grows = _prepare(scenario, printer.quiet)
+        from softhand.simulation.interrupts import interrupts_held
+
+        is_whole = scenario.record.variables is None
+        plot &= is_whole
+        with window.watch(simulation) if window else nullcontext() as watch:  # without a viewer there is no folder
+            folder = out or new_folder(name)
+            make_folder(folder)
+            remove_old(folder, "run.nc", "figure.png")
+            write_text(folder / "scenario.toml", simulation.scenario)
+            with interrupts_held() as held:  # but for the loop
+                try:
+                    recording = simulation.run(report, watch)
+                except SimulationStopped as stop:
+                    where = _save(stop.recording, folder, plot)[0]
+                    stop.say_more(_what_grew(stop, setup))
+                    stop.say_more(f"\nWhat was computed until then is in {where}/.")
+                    raise
+                folder, files = _save(recording, folder, plot)
+    if held.came:
+        raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
+    if is_whole:
+        _print_summary(recording, simulation, folder, files, printer)
+        _print_growth(recording, setup, grows, printer)
+    else:  # what the summary and the figure show is not all there
+        printer.json({"folder": str(folder), "files": files})
+    printer.say(f"wrote {', '.join(files)} in {folder}/")
+
+
+def _prepare(scenario: Scenario, quiet: bool) -> tuple[Setup, Simulation, Growing | None]:
+    """Everything that a run needs; what is doubtful is told before it begins."""
     from softhand.assembly.build import assemble
     from softhand.assembly.resolve import resolve
+    from softhand.checks.scenario import doubts_of_start
     from softhand.checks.target import doubts_of_target
-    from softhand.closed_loop.growing import growing, growing_run
-    from softhand.simulation.interrupts import interrupts_held
+    from softhand.closed_loop.growing import growing
 
     setup = resolve(scenario)
-    is_whole = scenario.record.variables is None
-    plot &= is_whole
     grows = None if quiet else growing(setup)
-    for doubt in () if quiet else doubts_of_target(setup):
+    for doubt in () if quiet else (*_of_urdfs(setup), *doubts_of_start(setup), *doubts_of_target(setup)):
         say(doubt, "warning", error=True)
     if grows:
         say(f"{grows.short()} `softhand check` says what helps.", "warning", error=True)
-    simulation = assemble(setup)
-    with window.watch(simulation) if window else nullcontext() as watch:  # a viewer that cannot start leaves no folder
-        folder = out or new_folder(name)
-        make_folder(folder)
-        remove_old(folder, "run.nc", "figure.png")
-        write_text(folder / "scenario.toml", simulation.scenario)
-        with interrupts_held() as held:  # but for the loop
-            try:
-                with progress("simulating", scenario.duration, quiet) as report:
-                    recording = simulation.run(report, watch)
-            except SimulationStopped as stop:
-                where = _save(stop.recording, folder, plot)[0]
-                stop.say_more(_what_grew(stop, setup))
-                stop.say_more(f"\nWhat was computed until then is in {where}/.")
-                raise
-            folder, files = _save(recording, folder, plot)
-    if held.came:
-        raise SimulationStopped(f"interrupted; the run is complete, in {folder}/", reason="interrupted")
-    if not quiet and is_whole:
-        _print_summary(recording, simulation, folder, files)
-        grew = growing_run(recording, setup, grows)
-        if grew:
-            say(grew.text(), "note")
-    elif not quiet:  # what the summary and the figure show is not all there
-        say(f"wrote {', '.join(files)} in {folder}/")
+    return setup, assemble(setup), grows
+
+
+def _of_urdfs(setup: Setup) -> Iterator[str]:
+    """How many warnings the URDFs have: whoever runs a scenario again and again need not read all of them."""
+    for key, urdf in (("hand.urdf", setup.world.hand), ("object.urdf", setup.world.object)):
+        if urdf.warnings:
+            count = len(urdf.warnings)
+            yield f"{key}: {count} warning{'s' * (count > 1)}; `softhand check` shows {'them' if count > 1 else 'it'}."
 
 
 def _what_grew(stop: SimulationStopped, setup: Setup) -> str:
@@ -199,17 +199,43 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
     return folder, files
 
 
-def _print_summary(recording: Recording, simulation: Simulation, folder: Path, files: list[str]) -> None:
+def _print_summary(
+    recording: Recording, simulation: Simulation, folder: Path, files: list[str], printer: Printer
+) -> None:
+    if printer.quiet and not printer.as_json:
+        return
+    from dataclasses import asdict
+
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
 
     summary = summarize(recording)
-    print_table(f"{folder}", summary.rows())
-    if simulation.plant.pads["is_damped"].any():  # slow to sum
-        say(f"energy since the start: softhand energy {folder}/run.nc")
+    is_damped = simulation.plant.pads["is_damped"].any()  # slow to sum
+    energy = None if is_damped else energy_ledger(recording, simulation.plant)
+    printer.json(
+        {
+            "folder": str(folder),
+            "files": files,
+            "summary": summary,
+            "warnings": summary.warnings(),
+            "events": [asdict(event) for event in summary.events],
+            "energy": energy,
+        }
+    )
+    printer.table(f"{folder}", summary.rows())
+    if energy is None:
+        printer.say(f"energy since the start: softhand energy {folder}")
     else:
-        print_table("energy since the start", energy_ledger(recording, simulation.plant).rows())
-    print_events(summary.events)
+        printer.table("energy since the start", energy.rows())
+    printer.events(summary.events)
     for warning in summary.warnings():
-        say(warning, "note")
-    say(f"wrote {', '.join(files)} in {folder}/")
+        printer.say(warning, "note")
+
+
+def _print_growth(recording: Recording, setup: Setup, grows: Growing | None, printer: Printer) -> None:
+    """Whether the loop grew, as was foretold or not."""
+    from softhand.closed_loop.growing import growing_run
+
+    grew = None if printer.quiet else growing_run(recording, setup, grows)
+    if grew:
+        printer.say(grew.text(), "note")

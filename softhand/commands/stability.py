@@ -2,52 +2,68 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import Plugins, Set, check_figure, print_table, progress, say, say_compiling
-from softhand.errors import ScenarioError
+from softhand.commands.app import command
+from softhand.commands.console import Printer, progress, say_compiling
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, complete_scenarios
+from softhand.commands.places import check_figure, figure_of, name_of
+from softhand.commands.runs import is_run, load_run
+from softhand.commands.scenarios import chosen_scenario, refuse_changes
 
 
-@app.command(epilog="Example: softhand stability target-a --set controller.K_O_orientation=0.2 --out scan.pdf")
+@command(
+    "softhand stability target-a --set controller.K_O_orientation=0.2 --out scan.pdf; softhand stability runs/hold"
+)
 def stability(
     scenario: Annotated[
-        str, typer.Argument(help="A scenario that ships (see: softhand list), a .toml file, or a run.nc.")
+        str,
+        typer.Argument(
+            metavar="SCENARIO",
+            autocompletion=complete_scenarios,
+            help="A scenario that ships (see: softhand list), a .toml file, or a run.nc or its folder.",
+        ),
     ] = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
-    out: Annotated[
-        Path, typer.Option(help="Figure to write, .png, .pdf or .svg: the scan of K_O, of the controller regulation.")
-    ] = Path("stability.png"),
+    law: Law = None,
+    controller: Controller = None,
+    out: OutFigure = None,
     plugins: Plugins = [],  # noqa: B006
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Say how fast small motions grow about the start, or where a run came to rest.
+    """Say how fast small motions grow, about a start or a run's end.
 
-    With regulation the gain K_O is scanned against the stiffness of the tips, about the start of a scenario.
+    With regulation the gain K_O is scanned against the stiffness of the tips, about the start of a scenario, and the
+    scan is drawn.
     """
-    is_run = Path(scenario).suffix.lower() == ".nc"
-    if is_run and changes:
-        raise ScenarioError(f"--set changes a scenario; {scenario} is none.", key="set", value=changes)
+    of_run = is_run(scenario)
+    if of_run:
+        refuse_changes(scenario, set=changes, law=law, controller=controller)
     check_figure(out)
-    say_compiling(False)
+    printer = Printer(quiet, as_json)
+    if of_run:
+        say_compiling(quiet)
+        from softhand.closed_loop.stability import stability as find_stability
+
+        found = find_stability(load_run(scenario))
+        printer.json(found)
+        printer.table(scenario, found.rows())
+        return
+    chosen = chosen_scenario(scenario, changes, law, controller)
+    say_compiling(quiet)
     from softhand.closed_loop.stability import stability as find_stability
     from softhand.plots.stability import draw_scan
     from softhand.plots.style import save_figure
-    from softhand.recording.recording import Recording
-    from softhand.scenario.file import parse_override
-    from softhand.scenario.scenario import load_scenario
 
-    if is_run:
-        print_table(scenario, find_stability(Recording.load(Path(scenario))).rows())
-        return
-    chosen = load_scenario(scenario, dict(parse_override(change) for change in changes))
-    with progress("scanning", 1.0, False) as report:
+    with progress(f"linearising {scenario}", 1.0, quiet) as report:
         found = find_stability(chosen, progress=report)
+    printer.json(found)
+    printer.table(scenario, found.rows())
     if found.scan is not None:
-        title = f"Where regulation is lost, about the start of {Path(scenario).stem}"
-        save_figure(draw_scan(found.scan, title, found.period), out)
-    print_table(scenario, found.rows())
-    if found.scan is not None:
-        say(f"wrote {out}")
+        target = figure_of(scenario, "stability", out)
+        title = f"Where regulation is lost, about the start of {name_of(scenario)}"
+        save_figure(draw_scan(found.scan, title, found.period), target)
+        printer.say(f"wrote {target}")

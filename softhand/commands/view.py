@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import threading
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softhand.commands.app import app
-from softhand.commands.console import note_incomplete, say
+from softhand.commands.app import command
+from softhand.commands.console import Printer, say
+from softhand.commands.options import Plugins, Quiet, Run
 from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
 
@@ -20,20 +20,23 @@ if TYPE_CHECKING:
     from softhand.viewer.live.page import Page
     from softhand.viewer.meshcat.viewer import MeshcatViewer
 
-Speed = Annotated[float, typer.Option(help="Times real time.")]
+Speed = Annotated[float, typer.Option(metavar="FACTOR", help="Times real time.")]
 Host = Annotated[
-    str, typer.Option(help="Interface to listen on: 0.0.0.0 lets every machine of the network see the page.")
+    str,
+    typer.Option(
+        metavar="ADDRESS", help="Interface to listen on: 0.0.0.0 lets every machine of the network see the page."
+    ),
 ]
-Port = Annotated[int, typer.Option(min=1, max=65535, help="First port to try; a busy one is passed over.")]
+Port = Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="First port to try; a busy one is passed over.")]
 OpenPage = Annotated[bool, typer.Option("--open/--no-open", help="Show the page in the browser.")]
 
 HOST, PORT = "127.0.0.1", 7000
 _OPENING = 10.0  # [s] that a browser may take to show meshcat's page
 
 
-@app.command(epilog="Example: softhand view runs/target-a/run.nc --speed 0.25")
+@command("softhand view runs/target-a --speed 0.25")
 def view(
-    recording: Annotated[Path, typer.Argument(help="A recording, run.nc, or its folder.")],
+    recording: Run,
     speed: Speed = 1.0,
     once: Annotated[bool, typer.Option("--once", help="Stop at the end instead of starting again.")] = False,
     host: Host = HOST,
@@ -42,23 +45,29 @@ def view(
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Play it in meshcat, as an animation that can be stopped and wound there.")
     ] = False,
+    plugins: Plugins = [],  # noqa: B006  typer copies it
+    quiet: Quiet = False,
 ) -> None:
-    """Replay a recording in 3-D on a page, again and again until Ctrl-C."""
+    """Replay a recording in 3-D on a page.
+
+    Again and again, until Ctrl-C ends it.
+    """
     from softhand.viewer.live.replay import Replay
 
+    printer = Printer(quiet)
     run = load_run(recording)
     if meshcat:
         refuse_host(host)
-        _play_in_meshcat(run, speed, once, port, open_page)
+        _play_in_meshcat(run, speed, once, port, open_page, printer)
         return
     with Replay(run, speed, once, host, port) as replay:
-        note_incomplete(run)
-        show_page(replay, open_page)
+        printer.incomplete(run)
+        show_page(replay, open_page, quiet)
         replay.play()
         try:
             replay.wait()
         except KeyboardInterrupt:
-            say("viewer closed")
+            printer.say("viewer closed")
 
 
 def refuse_host(host: str) -> None:
@@ -71,17 +80,17 @@ def refuse_host(host: str) -> None:
         )
 
 
-def _play_in_meshcat(run: Recording, speed: float, once: bool, port: int, open_page: bool) -> None:
+def _play_in_meshcat(run: Recording, speed: float, once: bool, port: int, open_page: bool, printer: Printer) -> None:
     from softhand.viewer.meshcat.viewer import MeshcatViewer
 
     with MeshcatViewer(port=port) as viewer:
-        note_incomplete(run)
+        printer.incomplete(run)
         length = viewer.animate(run, speed, repetitions=1.0 if once else math.inf)
-        is_open = show_page(viewer, open_page)
+        is_open = show_page(viewer, open_page, printer.quiet)
         try:
             time.sleep(length + _OPENING * is_open if once else threading.TIMEOUT_MAX)
         except KeyboardInterrupt:
-            say("viewer closed")
+            printer.say("viewer closed")
 
 
 def show_page(page: Page | MeshcatViewer, open_page: bool, quiet: bool = False) -> bool:

@@ -7,15 +7,18 @@ from collections.abc import Iterator, Sequence
 from softhand.validation import flow, holding, motion, onset, pressing, rolling, sliding
 from softhand.validation.check import Check, Experiment
 
-EXPERIMENTS: tuple[Experiment, ...] = (
-    *sliding.EXPERIMENTS,
-    *onset.EXPERIMENTS,
-    *flow.EXPERIMENTS,
-    *rolling.EXPERIMENTS,
-    *pressing.EXPERIMENTS,
-    *motion.EXPERIMENTS,
-    *holding.EXPERIMENTS,
-)
+KINDS: dict[str, tuple[Experiment, ...]] = {
+    "slip of a block": sliding.EXPERIMENTS,
+    "where slip begins": onset.EXPERIMENTS,
+    "friction while a tip slides": flow.EXPERIMENTS,
+    "rolling": rolling.EXPERIMENTS,
+    "pressing": pressing.EXPERIMENTS,
+    "conservation, order of convergence": motion.EXPERIMENTS,
+    "holding": holding.EXPERIMENTS,
+}
+"""The experiments by what they are about."""
+
+EXPERIMENTS: tuple[Experiment, ...] = tuple(experiment for kind in KINDS.values() for experiment in kind)
 
 COLUMNS = ("check", "measured", "exact", "allowed", "unit", "pass")
 
@@ -25,6 +28,11 @@ def run_checks(experiments: Sequence[Experiment] = EXPERIMENTS) -> Iterator[tupl
     for done, experiment in enumerate(experiments):
         for check in experiment():
             yield done, check
+
+
+def kind_of(experiment: Experiment) -> str:
+    """What an experiment is about, one of `KINDS`."""
+    return next(kind for kind, experiments in KINDS.items() if experiment in experiments)
 
 
 def row_of(check: Check) -> tuple[str, ...]:

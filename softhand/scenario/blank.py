@@ -1,0 +1,107 @@
+"""A scenario for a hand of which nothing is known but its URDF: the ends as fingertips, and what to fill in."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from softhand.errors import ModelError
+from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.urdf import Urdf
+
+_TEXT = """\
+# A hand of {count} fingers and a box. docs/scenario.md lists all keys; softhand check {name} explains these.
+description = "{title} holds a box"
+
+duration = 2.0               # [s]
+control_period = 0.001       # [s], the torque is held for so long
+gravity = [0.0, 0.0, -9.81]  # [m/s^2], base frame
+
+[hand]
+urdf = {urdf}
+position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
+rpy = [0.0, 0.0, 0.0]       # [rad]
+# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out what
+# is no fingertip. Where x does not point out of the tip, turn it:
+# {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
+tips = [
+{tips}
+]
+
+[object]
+urdf = "package://softhand/urdf/box.urdf"  # 56 x 36 x 60 mm, 0.200 kg; or your own
+position = [{position}]  # [m], base frame: amid the tips with all joints in the middle of their ranges
+rpy = [0.0, 0.0, 0.0]  # [rad], roll, pitch, yaw, at the start
+
+[fingertip]
+law = "conservative"  # works up to the apex of the tip; softhand list laws
+friction = 0.6        # [-]
+radius = 0.010        # [m]
+k_r = 0.377e6         # [N/m^2]
+k_phi = 0.166e6       # [N/m^2]
+k_psi = 0.0488e9      # [N/m^3]
+
+# Contact points, internal forces and joint angles: found by
+#     softhand grasp {name} --place --propose
+# which prints them, or with --write FILE keeps all of it as a scenario that can be run.
+[grasp]
+
+[controller]
+name = "regulation"  # softhand list controllers
+K_N = 1.0            # [-], feedback of the internal force; softhand stability says whether the loop bears it
+
+[reference]
+kind = "hold"  # the start is kept; "minimum-jerk" goes to object_position, object_rpy, internal_force
+
+[stepper]
+name = "midpoint"
+step = 0.001  # [s]
+"""
+
+
+def blank_scenario(urdf: Path, file: Path) -> str:
+    """The text of a scenario for a hand, without a grasp.
+
+    Args:
+        urdf: of the hand.
+        file: that the text is for; the hand is named from its folder.
+
+    Raises:
+        ModelError: the URDF cannot be read as a hand, or it has fewer than two ends.
+    """
+    hand = Urdf.read(urdf, HAND)
+    ends = hand.ends
+    if len(ends) < 2:
+        raise ModelError(
+            f"{urdf}: got {len(ends)} end of the tree of links ({', '.join(ends)}); a hand that holds something "
+            "needs two fingertips or more.",
+            file=str(urdf),
+        )
+    position = ", ".join(f"{value:.3f}" for value in _middle(hand, ends))
+    return _TEXT.format(
+        count=len(ends),
+        name=file.name,
+        title=json.dumps(urdf.stem, ensure_ascii=False)[1:-1],
+        urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
+        tips="\n".join(f"    {json.dumps(name, ensure_ascii=False)}," for name in ends),
+        position=position,
+    )
+
+
+def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:
+    """The mean of the ends, all joints in the middle of their ranges [m], shape (3,)."""
+    model = build_model(hand)
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
+    q = pin.neutral(model)
+    for joint in list(model.joints)[1:]:
+        if joint.nq == 1:  # a continuous joint stays where it is
+            q[joint.idx_q] = middle[joint.idx_q]
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    return np.mean([data.oMf[model.getFrameId(name)].translation for name in ends], axis=0)
