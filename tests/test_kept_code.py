@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from softhand.numerics import kept
+from softhand.numerics import kept, linking
+from softhand.numerics.compiled import compiled
 
 MODULE = """
 import warnings
@@ -77,6 +78,14 @@ def test_kernels_are_the_same_without_parts(small: Small) -> None:
     """Where numba's inner works have changed, plain functions of numba do the same."""
     plain = {"SOFTHAND_CACHE_DIR": str(small.cache / "plain"), "SOFTHAND_LINKED": "0"}
     assert [small.run(**plain)[0][:2] for _ in range(2)] == [["3.0", "0"], ["3.0", "1"]]
+
+
+def test_another_numba_is_taken_as_it_is(monkeypatch) -> None:
+    """A kernel that cannot be made a part is called as one of its own."""
+    monkeypatch.setattr(linking, "_Part", None)
+    once = compiled(lambda x: 1.5 * x)
+    twice = compiled(lambda x: 2.0 * once(x))
+    assert twice(1.5) == 4.5 and len(once.signatures) == 1
 
 
 def test_code_that_came_with_the_package_is_read_first(tmp_path: Path, monkeypatch) -> None:

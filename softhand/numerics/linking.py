@@ -2,8 +2,8 @@
 
 numba optimises every function on its own, together with all that it calls, and so the innermost ones again and again.
 Here a kernel that is called by another is only translated; what Python calls is optimised, once, with all its parts.
-That takes half the time. It rests on parts of numba that are not documented: where they have changed, or
-`SOFTHAND_LINKED=0` is set, kernels are plain functions of numba, with the same results.
+That takes half the time. It rests on inner works of numba: where they have changed, or `SOFTHAND_LINKED=0` is set,
+kernels are plain functions of numba, with the same results.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numba
 from llvmlite import binding as llvm
 from numba.core import compiler, config, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
+from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 
 from softhand.numerics.kept import Keeper, kept_in
@@ -45,8 +46,6 @@ class _Part(JITCodeLibrary):
     def finalize(self) -> None:
         """Neither optimise nor generate anything."""
         self._raise_if_finalized()
-        for library in self._linking_libraries:
-            self._reload_init.update(library._reload_init)
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -132,6 +131,7 @@ class Kernel(CPUDispatcher):
         super().__init__(*args, **settings)
         self._parts: dict[Any, Any] = {}
         self._keeper: Any = None
+        self._is_plain = False
         self._compiler._customize_flags = _Flags
 
     def keep_in(self, folder: Path) -> None:
@@ -141,15 +141,25 @@ class Kernel(CPUDispatcher):
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Called by numba where another kernel calls this one."""
-        pysig, args = self._compiler.fold_argument_types(args, kws)
-        args = tuple(types.unliteral(kind) for kind in args)  # one part for all constants
-        result = self._part(args)
+        if self._is_plain:
+            return super().get_call_template(args, kws)
+        pysig, folded = self._compiler.fold_argument_types(args, kws)
+        folded = tuple(types.unliteral(kind) for kind in folded)  # one part for all constants
+        try:
+            result = self._part(folded)
+        except NumbaError:
+            raise
+        except Exception:  # another numba
+            self._is_plain = True
+            return super().get_call_template(args, kws)
         name = self.py_func.__name__
         template = typing.make_concrete_template(f"CallTemplate({name})", key=name, signatures=[result.signature])
-        return template, pysig, args, {}
+        return template, pysig, folded, {}
 
     def get_overload(self, sig: Any) -> Any:
         """What numba has to look up in order to call the part."""
+        if self._is_plain:
+            return super().get_overload(sig)
         args, _ = sigutils.normalize_signature(sig)
         return self, tuple(args)
 
