@@ -141,7 +141,7 @@ def _scale_of(curves: Sequence[Array], is_logarithmic: bool) -> _Scale:
 def _lines_of(name: str) -> list[str]:
     """A name in short lines, broken where it has a blank, a bracket or an underscore."""
     parts = name.replace("(", " (").replace("  ", " ").replace("_", "_ ")
-    lines = textwrap.wrap(parts, _NAME_WIDTH, max_lines=3, placeholder=" …")
+    lines = textwrap.wrap(parts, _NAME_WIDTH, max_lines=4, placeholder=" …")
     return [line.replace("_ ", "_") for line in lines]
 
 
