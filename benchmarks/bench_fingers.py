@@ -36,7 +36,7 @@ from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
 from softhand.simulation.keep import Keep
 
-FINGERS = (3, 10)
+FINGERS = (2, 3, 4, 6, 8, 10)
 PERIODS = 250
 PERIOD = 0.001  # [s]
 WARM_UP = 3  # rounds that do not count
