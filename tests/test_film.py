@@ -159,7 +159,8 @@ def test_interrupt_leaves_neither_file_nor_chromium(run, tmp_path):
     dataclasses.replace(run, variables=brief).save(tmp_path / "run.nc")
     folder = Path(tempfile.mkdtemp(dir="/tmp"))  # short: a longer one is not taken for Chromium
     process = subprocess.Popen(
-        [Path(sys.executable).with_name("softhand"), "film", "run.nc", *"--out run.gif --speed 2e-4 --fps 10".split()],
+        [Path(sys.executable).with_name("softhand"), "film", "run.nc", "--out", "run.gif", "--speed", "2e-4",
+         "--fps", "10"],
         cwd=tmp_path, env={**os.environ, "TMPDIR": str(folder)}, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
     )  # fmt: skip
