@@ -31,7 +31,7 @@ def test_the_place_has_more_room_than_any_beside_it(tmp_path, monkeypatch) -> No
     (best,) = found
     assert result.returncode == 0 and " = ".join(best.rows()[0]) in result.stdout
     assert " ".join(best.quality.rows()[2]) in " ".join(result.stdout.split())
-    assert (tmp_path / "grasp.png").stat().st_size > 10_000
+    assert (tmp_path / "runs/grasp-target-a/grasp.png").stat().st_size > 10_000
     assert best.room_before < -1.0 and best.room > 0.7
     assert best.room == room_at(best.scenario)
     place = np.array(best.scenario.object.position)

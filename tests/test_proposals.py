@@ -177,7 +177,7 @@ def test_the_command_proposes(tmp_path: Path, quick: None) -> None:
     """The list, the lines to paste, and the picture of the best."""
     result = run_command("grasp", "pinch", "--propose", "--count", "2", folder=tmp_path)
     assert result.returncode == 0, result.stderr
-    for words in ("proposal 2", "[grasp]", "contact_points = [", "joint_guess", "wrote grasp.png"):
+    for words in ("proposal 2", "[grasp]", "contact_points = [", "joint_guess", "wrote runs/grasp-pinch/grasp.png"):
         assert words in result.stdout
 
 

@@ -30,9 +30,9 @@ def film(
     plugins: Plugins = [],  # noqa: B006  typer copies it
     quiet: Quiet = False,
 ) -> None:
-    """Make a film of a recording, or of several side by side, .mp4 or .gif.
+    """Make a film, .mp4 or .gif.
 
-    It needs Chromium, and ffmpeg for .mp4. Without --out it is film.mp4 beside the first recording.
+    Several recordings are side by side. It needs Chromium, and ffmpeg for .mp4. Without --out it is film.mp4 beside the first recording.
     """
     from softhand.viewer.report.film import write_film
 

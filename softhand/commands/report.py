@@ -28,9 +28,10 @@ def report(
 
     It works offline. Without --out it is report.html beside the first recording.
     """
-    from softhand.viewer.report.report import write_report
+    from softhand.viewer.report.report import check_report, write_report
 
     target = beside_run(recordings[0], "report.html", out)
+    check_report(target)
     printer = Printer(quiet)
     runs = [load_run(recording) for recording in recordings]
     printer.incomplete(*runs)

@@ -57,7 +57,7 @@ def check_plugin_keys(values: Mapping[str, Any], table: Mapping[str, Any], model
     """
     for key, value in values.items():
         section, _, name = key.partition(".")
-        if section not in _PLUGINS or not name or "." in name:
+        if section not in _PLUGINS or not name or "." in name or value is None:  # None takes a key away
             continue
         of_plugin = [own for own in _plugin_keys(table, model) if own.startswith(f"{section}.")]
         of_section = model.model_fields[section].annotation

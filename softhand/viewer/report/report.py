@@ -45,12 +45,17 @@ def write_report(path: str | os.PathLike[str], *recordings: Recording, progress:
         SofthandError: the name of the file does not end in .html. Carries `.value`.
     """
     path = Path(path)
+    check_report(path)
+    html = report_page(recordings, progress=progress)
+    write_whole(path, html.encode)
+
+
+def check_report(path: Path) -> None:
+    """Refuse the name of a report that could not be written; raises as `write_report`."""
     if path.suffix.lower() not in _ENDINGS:
         got = f"has the unknown ending {path.suffix!r}" if path.suffix else "has no ending"
         raise SofthandError(f"{path}: the name of the report {got}; choose .html.", value=path.suffix)
     check_place(path)
-    html = report_page(recordings, progress=progress)
-    write_whole(path, html.encode)
 
 
 def report_page(
