@@ -43,7 +43,7 @@ class Work:
         self._pids.mkdir()
         command = [sys.executable, str(folder / "script.py"), str(self._pids), str(lasts)]
         self.parent = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                       start_new_session=True)  # fmt: skip
+                                       start_new_session=True, preexec_fn=_heed_ctrl_c)  # fmt: skip
 
     def workers(self, count: int = 2) -> list[int]:
         """Their processes, once so many have begun."""
@@ -53,6 +53,11 @@ class Work:
     def end(self) -> tuple[str, str]:
         """What it printed, and of errors."""
         return self.parent.communicate(timeout=300.0)
+
+
+def _heed_ctrl_c() -> None:
+    """Which what runs in the background may ignore."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def within(seconds: float, is_so: Callable[[], bool]) -> bool:

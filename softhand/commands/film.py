@@ -32,7 +32,8 @@ def film(
 ) -> None:
     """Make a film, .mp4 or .gif.
 
-    Several recordings are side by side. It needs Chromium, and ffmpeg for .mp4. Without --out it is film.mp4 beside the first recording.
+    Several recordings are side by side. It needs Chromium, and ffmpeg for .mp4. Without --out it is film.mp4 beside the
+    first recording.
     """
     from softhand.viewer.report.film import write_film
 
