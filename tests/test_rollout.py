@@ -136,7 +136,7 @@ def test_runs_of_one_thread_leave_nothing_to_the_next() -> None:
     long, kept = SHORT.with_values({"duration": 0.4}), ("contact_force", "joint_torque", "external_force")
     values: list[dict[str, Any]] = [
         {"object.mass": 0.2},
-        {"controller.K_v": 5.0},  # lost
+        {"controller.K_v": 100.0},  # lost
         {"object.mass": 0.22, "fingertip.k_r": 3.3e5, "gravity": (0.0, 0.1, -9.7)},
         {"push": [{"force": [0.0, 0.1, 0.0], "start": 0.01, "duration": 0.02}]},
         {"push": [{"force": [0.1, 0.0, 0.0], "start": 0.03, "duration": 0.02}], "object.mass": 0.21},
