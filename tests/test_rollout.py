@@ -133,10 +133,10 @@ def test_a_controller_that_cannot_begin_ends_its_run_only() -> None:
 
 def test_runs_of_one_thread_leave_nothing_to_the_next() -> None:
     """After a run that was lost, and after others of another structure, to the last bit."""
-    long = SHORT.with_values({"duration": 0.2})
+    long, kept = SHORT.with_values({"duration": 0.4}), ("contact_force", "joint_torque", "external_force")
     values: list[dict[str, Any]] = [
         {"object.mass": 0.2},
-        {"controller.K_v": 20.0},  # lost
+        {"controller.K_v": 100.0},  # lost
         {"object.mass": 0.22, "fingertip.k_r": 3.3e5, "gravity": (0.0, 0.1, -9.7)},
         {"push": [{"force": [0.0, 0.1, 0.0], "start": 0.01, "duration": 0.02}]},
         {"push": [{"force": [0.1, 0.0, 0.0], "start": 0.03, "duration": 0.02}], "object.mass": 0.21},
@@ -144,10 +144,10 @@ def test_runs_of_one_thread_leave_nothing_to_the_next() -> None:
         {"reference.duration": 0.5, "fingertip.contact": "coulomb", "fingertip.friction": 0.9},
         {"object.position": [0.0, 0.0005, 0.127]},
     ]
-    runs = rollout(long, values, threads=1, variables=("contact_force", "joint_torque", "external_force"))
+    runs = rollout(long, values, threads=1, variables=kept, every=0.001)
     assert runs.compiled.all() and runs.outcomes[1].reason != "finished"
     for index in range(len(values)):
-        alone = rollout(long, values[index : index + 1], variables=("contact_force", "joint_torque", "external_force"))
+        alone = rollout(long, values[index : index + 1], variables=kept, every=0.001)
         assert alone.outcomes[0] == runs.outcomes[index]
         for name in runs.variables:
             shared = alone[name][0]

@@ -97,8 +97,8 @@ class Plant:
         Returns:
             False where it differs in more, in the hand, in a shape or in what is zero; then this plant is of no use.
         """
+        every: list[Contact] = [*fingertips, *supports]
         snapshot = self.snapshot
-        every: list[Fingertip | Support] = [*fingertips, *supports]
         if not (isinstance(snapshot, CompiledSnapshot) and world.joints is self.world.joints):
             return False
         if len(every) != len(self.materials) or memory_size(every) != self.n_memory:
