@@ -47,7 +47,7 @@ class LinearModel(Record):
     acceleration: Array
 
 
-def linearize(plant: Plant, state: State, torque: Array) -> LinearModel:
+def linearize_plant(plant: Plant, state: State, torque: Array) -> LinearModel:
     """The open-loop linear model of a plant about a state under held torques.
 
     Contacts stick and roll, supports too; a contact in touch stays so, one that is not stays idle.
