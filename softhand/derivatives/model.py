@@ -78,7 +78,9 @@ class PeriodModel:
             sides=np.zeros((_ROOM, 1 + steps, len(plant.contacts)), np.int64),
         )
         layouts = Layouts()
-        self._codes = straight_steps(self._mechanics, stepper[0].step, layouts) if straight and stepper[1] == MIDPOINT else []
+        self._codes = (
+            straight_steps(self._mechanics, stepper[0].step, layouts) if straight and stepper[1] == MIDPOINT else []
+        )
         self._run = addressed(run_moves, self._mechanics, self._moves, self._count, layouts=layouts)
 
     def ends(self, index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:

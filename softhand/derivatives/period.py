@@ -93,11 +93,17 @@ def _begin(m, moves, index, amount):
     """Everything as it is at the begin, then one entry moved."""
     base, state = moves.base, m.state
     nv, nz, n = state.v.shape[0], moves.remembered.shape[0], m.torque.shape[0]
-    state.q[:] = base.q
-    state.v[:] = base.v
-    state.z[:] = base.z
-    m.torque[:] = moves.torque
-    moves.live[:] = moves.contacts
+    for k in range(state.q.shape[0]):
+        state.q[k] = base.q[k]
+    for k in range(nv):
+        state.v[k] = base.v[k]
+    for i in range(state.z.shape[0]):
+        for k in range(state.z.shape[1]):
+            state.z[i, k] = base.z[i, k]
+    for k in range(n):
+        m.torque[k] = moves.torque[k]
+    for k in range(moves.live.shape[0]):
+        moves.live[k] = moves.contacts[k]
     m.at[0] = math.nan
     m.kicks.flags[:] = 0
     last = moves.pushes.rows[moves.pushes.rows.shape[0] - 1]
