@@ -41,7 +41,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Analysis",
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
-         "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov", "identify", "Identification"),
+         "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
+         "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

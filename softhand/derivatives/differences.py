@@ -1,4 +1,4 @@
-"""Derivatives of what may have kinks: extrapolated differences that stay on the side of each switch that the state is on.
+"""Derivatives of what may have kinks: extrapolated differences that stay on the side of each switch the state is on.
 
     f' = (4 D(h / 2) - D(h)) / 3,   D(h) = (f(h) - f(-h)) / 2 h
 
@@ -8,6 +8,7 @@ and where one of the two ways crosses a switch, three extrapolations of D(h) = (
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,10 @@ from numpy.typing import NDArray
 from softhand.numerics.arrays import Array
 
 Function = Callable[[NDArray[np.int64], Array], tuple[Array, NDArray[np.int64]]]
-"""Entries, -1 for none, and by how much each is moved; values and sides of the switches, a row each."""
+"""Entries, -1 for none, and by how much each is moved; values and sides of the switches, a row each.
+
+A side is made of bits. Where the first differs, which tells touch, the others mean nothing.
+"""
 
 _BOTH = np.array([1.0, -1.0, 0.5, -0.5])
 _ONE = np.array([1.0, 0.5, 0.25, 0.125])
@@ -48,7 +52,8 @@ def slopes(function: Function, steps: Array) -> Slopes:
     values, sides = values[1:].reshape(k, 4, -1), sides[1:].reshape(k, 4, -1)
     same = np.all(sides == here, axis=2) & np.all(np.isfinite(values), axis=2)
     columns = _central(values, steps[:, None]).T.copy()
-    crossed = np.bitwise_or.reduce((sides ^ here).reshape(-1, len(here)), axis=0, initial=0)
+    change = (sides ^ here).reshape(-1, len(here))
+    crossed = np.bitwise_or.reduce(np.where(change & 1, 1, change), axis=0, initial=0)
     for j in np.flatnonzero(~np.all(same, axis=1)):
         columns[:, j] = _on_one_side(function, int(j), steps[j], at, here, same[j])
     return Slopes(columns, crossed)
@@ -84,5 +89,5 @@ def _outward(values: Array, at: Array, step: float) -> Array:
     """From f at h, h / 2, h / 4, h / 8, and at 0."""
     table = [(value - at) / (step * share) for value, share in zip(values, _ONE, strict=True)]
     for order in (1, 2, 3):
-        table = [(2.0**order * b - a) / (2.0**order - 1.0) for a, b in zip(table, table[1:], strict=False)]
+        table = [(2.0**order * b - a) / (2.0**order - 1.0) for a, b in pairwise(table)]
     return table[0]

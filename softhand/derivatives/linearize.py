@@ -19,7 +19,7 @@ from softhand.derivatives.observer import Observer, output_names
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
 from softhand.derivatives.period import MOVED, SLIPS, TOUCHES
 from softhand.derivatives.situation import Situation, find_situation
-from softhand.derivatives.states import Entries, input_entries, state_entries
+from softhand.derivatives.states import input_entries, state_entries
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, SimulationStopped
 from softhand.laws.law import Law
@@ -61,7 +61,7 @@ def linearize(
 
     The derivatives are those of the steps as they are computed, by central differences extrapolated once. Where one way
     crosses a switch, that a contact touches, slips, or meets another face or edge, they are one-sided, on the side that
-    the state is on, and `switches` says so. Effort limits count in the closed loop, where a torque at its limit does not
+    the state is on, and `switches` says so. Effort limits count in the closed loop, where a torque that is cut does not
     follow the command. Switches inside a controller or a law are not seen.
 
     Args:
@@ -72,7 +72,7 @@ def linearize(
             the object at the origin of its frame, world axes. x stays where it is: keys of the start do nothing.
         outputs: variables of a recording, as they are where the period begins.
         closed: whether `closed` is computed, the same with the controller.
-        state: in place of that of the sample, at its own time; the controller goes on with what it remembers, or begins.
+        state: in place of that of the sample, at its own time; the controller goes on with its memory, or begins.
         torque: held [N m, N], shape (n,), in place of that of the run.
         controller: in place of the scenario's.
         law: at all tips in place of the scenario's.
@@ -136,8 +136,10 @@ class _Work:
         C, rows = seen[:y], self._rows()
         D = self._through(rows)
         by = [self._by(one, by_wrench, y) for one in chosen]
-        E, F, said = (np.hstack([np.zeros((size, 0)), *parts]) for size, parts in
-                      zip((s, y, self._answers), zip(*by, strict=True) if by else ((), (), ()), strict=True))  # fmt: skip
+        E, F, said = (
+            np.hstack([np.zeros((size, 0)), *(blocks[k] for blocks in by)])
+            for k, size in enumerate((s, y, self._answers))
+        )
         loop = self._loop(A, B, E, C, D, F, seen[y:], said) if self.closed else None
         names, units = _told(chosen)
         return Linearization(
@@ -207,13 +209,18 @@ class _Work:
         if not isinstance(one, Parameter):
             return _Blocks(by_wrench, np.zeros((y, 6)), np.zeros((self._answers, 6)))
         failed: list[Exception] = []
+        values, sides = self._with(Varied.of(self.at, one, 0.0))
+
+        def moved(amount: float) -> tuple[Array, NDArray[np.int64]]:
+            try:
+                return self._with(Varied.of(self.at, one, amount))
+            except ScenarioError as error:  # a value that the scenario does not take
+                failed.append(error)
+                return np.full_like(values, np.nan), sides
 
         def function(index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
-            found = [self._with(one, h if j >= 0 else 0.0, failed) for j, h in zip(index, amount, strict=True)]
-            sides = next(side for _, side in found if side is not None)
-            size = next(len(row) for row, _ in found if row is not None)
-            values = [np.full(size, np.nan) if row is None else row for row, _ in found]
-            return np.array(values), np.array([sides if side is None else side for _, side in found])
+            found = [(values, sides) if j < 0 else moved(float(h)) for j, h in zip(index, amount, strict=True)]
+            return np.array([row for row, _ in found]), np.array([side for _, side in found])
 
         found = slopes(function, np.array([one.step]))
         if failed and not np.all(np.isfinite(found.columns)):
@@ -222,14 +229,9 @@ class _Work:
         self._flagged(Slopes(found.columns, found.crossed[: self._here.size]))
         return _Blocks(found.columns[:s], found.columns[s : s + y], found.columns[s + y :])
 
-    def _with(self, one: Parameter, amount: float, failed: list[Exception]) -> Any:
-        """End, outputs and answer with a parameter moved; nothing where the scenario does not take it."""
+    def _with(self, varied: Varied) -> tuple[Array, NDArray[np.int64]]:
+        """End, outputs and answer with a parameter moved, and the sides of the switches."""
         zero = np.array([-1]), np.zeros(1)
-        try:
-            varied = Varied.of(self.at, one, amount)
-        except ScenarioError as error:
-            failed.append(error)
-            return None, None
         values, sides = self._end(self._model(varied.plant, straight=False), *zero)
         if not (self.keep.variables or self.closed):
             return values[0], sides[0]

@@ -35,8 +35,8 @@ class Situation:
 
     Attributes:
         setup: what the run is made of.
-        plant: with compiled terms.
-        probe: of that plant and what is asked for.
+        plant: with compiled terms, for the steps.
+        probe: of another plant of the same kind, for what is observed, and of what is asked for.
         state: at its time.
         memory: of the controller before it speaks.
         torque: held from there on, within the effort limits [N m, N], shape (n,).
@@ -81,7 +81,8 @@ def find_situation(
     """
     if isinstance(source, Plant):
         raise ScenarioError(
-            "source: got a Plant; give a scenario or a recording, or use softhand.linearize_plant(plant, state, torque).",
+            "source: got a Plant; give a scenario or a recording, or use softhand.linearize_plant(plant, state, "
+            "torque).",
             key="source", value=source,
         )  # fmt: skip
     if isinstance(source, Recording):
@@ -103,8 +104,8 @@ def find_situation(
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:
-    plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
-    return plant, Probe(plant, setup.reference.start(read_start(setup.scenario)))
+    plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled") for _ in range(2))
+    return plant, Probe(seen, setup.reference.start(read_start(setup.scenario)))
 
 
 def _at(setup: Setup, state: State) -> Situation:
