@@ -253,8 +253,7 @@ class _Work:
         places, by_memory = follow(said, n, column)
         said, by_memory, by_p = said.copy(), by_memory.copy(), by_p.copy()
         command = self.observer.at(np.array([-1]), np.zeros(1))[0][0, y : y + n]
-        limit = self.at.probe.observation.effort_limit
-        for j in np.flatnonzero(np.abs(command) > limit):
+        for j in np.flatnonzero(np.abs(command) > self.observer.effort_limit):
             said[j], by_memory[j], by_p[j] = 0.0, 0.0, 0.0
             self.switches.append(Switch(self.inputs.names[j], "effort limit", "limited"))
         K = np.hstack([said[:n], by_memory[:n]])

@@ -26,6 +26,7 @@ class Observer:
 
     Attributes:
         held: the numbers in the memory.
+        effort_limit: of the joints [N m, N], shape (n,).
 
     Args:
         probe: of the plant.
@@ -50,6 +51,8 @@ class Observer:
         self._probe, self._keep, self._controller, self._memory = probe, keep, controller, memory
         self._state, self._torque, self._remembered = state, torque, remembered
         self.held: Array = np.concatenate([[], *numbers_of(memory)]) if controller else np.zeros(0)
+        observation = probe.at(state, state.time)
+        self.effort_limit, self._sizes = observation.effort_limit.copy(), observation.known.sizes
 
     def at(self, index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
         """Outputs, torque and memory with one entry of (q, v, z, memory) moved, and sides, as a `Function`."""
@@ -65,7 +68,7 @@ class Observer:
                 values[j - s] += h
                 memory = rebuilt(memory, iter(values))
             answers.append(self._answer(observation, memory))
-        y = self._outputs(np.array(rows), self._probe.observation.known.sizes)
+        y = self._outputs(np.array(rows))
         return np.hstack([y, np.array(answers)]), np.array(sides, dtype=np.int64)
 
     def _row(self, observation: Observation) -> Array:
@@ -81,8 +84,8 @@ class Observer:
         torque, after = self._controller.torque(observation, memory)
         return np.concatenate([np.asarray(torque, dtype=float), *numbers_of(after)])
 
-    def _outputs(self, rows: Array, sizes: Any) -> Array:
-        found = self._keep.variables_of(rows, sizes, self._probe.plant)
+    def _outputs(self, rows: Array) -> Array:
+        found = self._keep.variables_of(rows, self._sizes, self._probe.plant)
         parts = [np.asarray(found[name], dtype=float).reshape(len(rows), -1) for name in self._keep.variables]
         return np.hstack([np.zeros((len(rows), 0)), *parts])
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softhand.derivatives.situation import Situation
 from softhand.errors import ScenarioError
 from softhand.scenario.keywords import all_keys, full_keys
@@ -70,7 +73,8 @@ def find_parameters(situation: Situation, names: Iterable[str]) -> list[Paramete
         if whole is None and key == "object.mass":
             model = situation.plant.world.model
             whole = float(model.inertias[situation.plant.world.object_joint].mass)
-        found += _numbers(key, whole, _unit(situation, key))
+            scenario = scenario.with_values({key: whole})
+        found += _numbers(key, whole, _unit(scenario, situation.slides, key))
     return found
 
 
@@ -101,10 +105,10 @@ def _value(key: str, table: Any) -> Any:
     return table
 
 
-def _unit(situation: Situation, key: str) -> str:
+def _unit(scenario: Scenario, slides: NDArray[np.bool_], key: str) -> str:
     """Unit of a key; "" where its plugin is not known by name."""
     try:
-        values = list_values(situation.setup.scenario, situation.slides)
+        values = list_values(scenario, slides)
     except ScenarioError:
         return ""
     return next((unit for name, _, unit in values if name == key), "")
