@@ -28,6 +28,8 @@ from softhand.simulation.simulation import whole_periods
 
 _RECORDED = ("joint_position", "joint_velocity", "object_position", "object_rpy", "object_twist", "deformation")
 
+_SLIPS = ("is_slipping", "support_is_slipping")
+
 
 @dataclass(frozen=True, eq=False)
 class Situation:
@@ -142,7 +144,7 @@ def _of_scenario(setup: Setup, sample: int) -> Situation:
 def _of_recording(recording: Recording, setup: Setup, sample: int) -> Situation:
     """What relaxing dampings remember is taken as relaxed; the controller begins there."""
     plant, probe = _empty(setup)
-    check_states(plant, recording, "joint_torque")
+    check_states(plant, recording, "joint_torque", "is_slipping")
     k = _place(sample, len(recording), "the recording")
     time = float(recording.time[k])
     for name in (*_RECORDED, "joint_torque"):
@@ -155,11 +157,10 @@ def _of_recording(recording: Recording, setup: Setup, sample: int) -> Situation:
             )
     state = replace(recorded_state(plant, recording, k), time=time)
     relax_memory(plant, state)
-    slipping = {"is_slipping": slice(0, plant.world.n_tips), "support_is_slipping": slice(plant.world.n_tips, None)}
-    for name, rows in slipping.items():
-        for z, pad, slips in zip(state.z[rows], plant.pads[rows], recording.variables.get(name, [()])[k], strict=False):
-            if pad["slip_column"] >= 0:
-                z[pad["slip_column"]] = slips
+    slips = np.concatenate([recording[name][k] for name in _SLIPS if name in recording.variables])
+    for z, pad, slipped in zip(state.z, plant.pads, slips, strict=False):
+        if pad["slip_column"] >= 0:
+            z[pad["slip_column"]] = slipped
     memory = setup.controller.start(probe.at(state, time))
     return Situation(setup, plant, probe, state, memory, recording.joint_torque[k].copy())
 
