@@ -27,7 +27,7 @@ _BOTH = np.array([1.0, -1.0, 0.5, -0.5])
 _ONE = np.arange(1, 7) / 6.0
 _SHORTER, _TIMES = 0.25, 5
 """How a step is shortened, and how often at most."""
-_CHANGE = 3e-5
+_CHANGE = 3e-7
 """How much of the largest of its row D may change from h to h / 2: what is left is of its square."""
 _LEFT = 1e-9
 """How much the last point may change one-sided derivatives, likewise."""
