@@ -2,8 +2,8 @@
 
     f' = (4 D(h / 2) - D(h)) / 3,   D(h) = (f(h) - f(-h)) / 2 h
 
-and where one of the two ways crosses a switch, the slope of a polynomial through six points the other way. Where D
-changes much from h to h / 2, as where a tip hardly moves over what it slips on, h is shortened.
+Where one of the two ways crosses a switch, or D changes much from h to h / 2, as where a tip hardly moves over what it
+slips on, the slope of a polynomial through more points is taken, to both sides or to one, at the best of some steps.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ A side is made of bits. Where the first differs, which tells touch, the others m
 """
 
 _BOTH = np.array([1.0, -1.0, 0.5, -0.5])
-_ONE = np.arange(1, 7) / 6.0
+_POINTS = 6
+"""To each side, of the polynomials."""
 _SHORTER, _TIMES = 0.25, 5
 """How a step is shortened, and how often at most."""
 _CHANGE = 3e-7
-"""How much of the largest of its row D may change from h to h / 2: what is left is of its square."""
+"""How much of the largest of its row D may change from h to h / 2."""
 _LEFT = 1e-9
-"""How much the last point may change one-sided derivatives, likewise."""
-
-_ROUNDING = 1e-11
-"""Of a value, over the step: a row whose largest derivative is less has rounding alone."""
+"""How much the outermost points may do to the slope of a polynomial, likewise, for no shorter step to be tried."""
+_ROUNDING, _NOTHING = 1e-11, 1e-12
+"""Of a value over the step, and of the largest derivative of all: rows that have less have rounding alone."""
 
 
 class Slopes(NamedTuple):
@@ -64,7 +64,9 @@ def slopes(function: Function, steps: Array) -> Slopes:
     rows, changes = _central(values, steps[:, None])
     smooth = same.all(axis=1)
     scale = np.max(np.abs(rows[smooth if smooth.any() else np.isfinite(rows).all(axis=1)]), axis=0, initial=0.0)
-    scale = np.maximum(scale, _ROUNDING * np.maximum(np.abs(at), 1e-100) / np.min(steps))
+    scale = np.maximum(
+        scale, np.maximum(_NOTHING * np.max(scale, initial=1e-100), _ROUNDING * np.abs(at) / np.min(steps))
+    )
     doubt = np.max(np.abs(changes) / scale, axis=1, initial=0.0)
     for j in np.flatnonzero(~(smooth & (doubt < _CHANGE))):
         rows[j] = _along(function, int(j), float(steps[j]), at, here, scale)
@@ -72,25 +74,22 @@ def slopes(function: Function, steps: Array) -> Slopes:
 
 
 def _along(function: Function, entry: int, step: float, at: Array, here: NDArray[np.int64], scale: Array) -> Array:
-    """Along one entry that crosses a switch, or is curved: the best of some shorter steps."""
+    """Along one entry that crosses a switch, or is curved: that which depends least on its outermost points."""
     best, least = np.full_like(at, np.nan), np.inf
+    ways = np.arange(1, _POINTS + 1) / _POINTS
     for _ in range(_TIMES):
-        values, sides = function(np.full(4, entry), step * _BOTH)
+        values, sides = function(np.full(2 * _POINTS, entry), step * np.concatenate([ways, -ways]))
         same = _same(values, sides, here)
-        found, left = best, np.inf
-        if same.all():
-            found, change = _central(values, np.array(step))
-            left = float(np.max(np.abs(change) / scale, initial=0.0))
-            left *= left
-        elif same[[0, 2]].all() or same[[1, 3]].all():
-            h = step if same[[0, 2]].all() else -step
-            values, sides = function(np.full(len(_ONE), entry), h * _ONE)
-            if _same(values, sides, here).all():
-                found, change = _outward(values, at, h)
-                left = float(np.max(np.abs(change) / scale, initial=0.0))
-        if left < least:
-            best, least = found, left
-        if least < (_CHANGE**2 if same.all() else _LEFT):
+        ahead, behind = ((values[side] - at) * _POINTS / step for side in (slice(_POINTS), slice(_POINTS, None)))
+        found = [(ahead - behind, _CENTRAL)] if same.all() else []
+        found += [(ahead, _OUTWARD)] if same[:_POINTS].all() else []
+        found += [(-behind, _OUTWARD)] if same[_POINTS:].all() else []
+        for rises, weights in found:
+            slope, less = weights @ rises
+            left = float(np.max(np.abs(slope - less) / scale, initial=0.0))
+            if left < least:
+                best, least = slope, left
+        if least < _LEFT:
             break
         step *= _SHORTER
     return best
@@ -109,15 +108,10 @@ def _central(values: Array, step: Array) -> tuple[Array, Array]:
     return (4.0 * narrow - wide) / 3.0, narrow - wide
 
 
-def _outward(values: Array, at: Array, step: float) -> tuple[Array, Array]:
-    """From f at h / 6, 2 h / 6, ... h, and at 0: the slope at 0 of the polynomial through all; and its last term.
-
-    f'(0) = (1 / d) sum_k (-1)^(k + 1) C(n, k) / k (f(k d) - f(0)),   d = h / 6, n = 6, or 5 without the last point
-    """
-    rises = (values - at) * len(values) / step
-    whole, less = (np.tensordot(_weights(n), rises[:n], axes=1) for n in (len(values), len(values) - 1))
-    return whole, whole - less
+def _weights(weight: Callable[[int, int], float]) -> Array:
+    """Of the rises at d, 2 d, ... in the slope at 0 of the polynomial through all, or through all but the outermost."""
+    return np.array([[weight(n, k) if k <= n else 0.0 for k in range(1, _POINTS + 1)] for n in (_POINTS, _POINTS - 1)])
 
 
-def _weights(n: int) -> Array:
-    return np.array([(-1.0) ** (k + 1) * comb(n, k) / k for k in range(1, n + 1)])
+_OUTWARD = _weights(lambda n, k: (-1.0) ** (k + 1) * comb(n, k) / k)
+_CENTRAL = _weights(lambda n, k: (-1.0) ** (k + 1) * comb(2 * n, n - k) / comb(2 * n, n) / k)
