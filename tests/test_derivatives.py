@@ -46,7 +46,13 @@ def random_state(name: str, seed: int) -> tuple[State, np.ndarray]:
     q = pin.integrate(model, saved.q, 1e-4 * rng.standard_normal(nv))
     z = saved.z.copy()
     z[:, :3] += 1e-4 * rng.standard_normal(z[:, :3].shape) * (np.abs(z[:, :3]) > 0.0)
-    return State(q, saved.v + 0.02 * rng.standard_normal(nv), z, saved.time), torque
+    state = State(q, saved.v + 0.02 * rng.standard_normal(nv), z, saved.time)
+    if name == "slips":  # to where tips slide fast, on their limits
+        state.v[-6:-3] += 0.3 * rng.standard_normal(3)
+        simulation.reset(state)
+        simulation.step(torque)
+        state = State(*simulation.state.copy().arrays, time=saved.time)
+    return state, torque
 
 
 class Period:
@@ -172,22 +178,20 @@ def test_it_is_the_derivative_at_many_states(name: str, seed: int) -> None:
     compare(name, *random_state(name, seed))
 
 
-@pytest.mark.parametrize("after", [1, 8])
-def test_slip_is_at_its_switch(after: int) -> None:
-    """A tip that slips lies on its limit: the switch is named, and the model is that of moves to within."""
-    simulation = simulation_of("slips")
-    simulation.reset()
-    slipped = 0
-    while slipped < after:
-        simulation.sample()
-        simulation.step()
-        slipped += int(np.any(simulation.plant.tip_contacts["is_slipping"]))
-    slipping = {simulation.plant.contact_names[i] for i in np.flatnonzero(simulation.plant.contacts["is_slipping"])}
-    simulation.sample()
-    torque, saved = simulation.torque.copy(), simulation.save()
-    model = compare("slips", State(saved.q, saved.v, saved.z, saved.time), torque)
+@pytest.mark.parametrize("seed", range(2))
+def test_slip_is_at_its_switch(seed: int) -> None:
+    """A tip that slips lies on its limit: the switch is named, and only that."""
+    state, torque = random_state("slips", seed)
+    contacts = simulation_of("slips").plant.tip_contacts
+    slipping = {
+        tip.name
+        for tip, slips in zip(simulation_of("slips").plant.world.tips, contacts["is_slipping"], strict=True)
+        if slips
+    }
     assert slipping
+    model = linearize(SCENARIOS["slips"], state=state, torque=torque)
     assert slipping <= {switch.where for switch in model.switches if switch.what == "slip"}
+    assert {switch.what for switch in model.switches} == {"slip"}
 
 
 def test_rolling_contacts_have_no_switch() -> None:
@@ -333,7 +337,8 @@ def test_the_growth_is_that_of_stability() -> None:
     assert model.closed is not None
     growth = np.log(np.abs(model.closed.eigenvalues())) / model.period
     expected = softhand.stability(load_scenario("hold"), with_scan=False).held_growth
-    assert np.min(np.abs(growth - expected)) < 0.02 * abs(expected) + 0.02
+    assert growth[0] < 1e-3  # what the contacts store beside a motion that rolls stays as it is
+    np.testing.assert_allclose(np.max(growth[growth < -1e-3]), expected, rtol=1e-3)
 
 
 def test_a_recording_is_as_its_run() -> None:
@@ -359,7 +364,7 @@ def test_gains_are_parameters_of_the_loop() -> None:
 def test_a_kink_is_differenced_on_the_side_of_the_base(x: float, expected: float, crossed: int) -> None:
     """|x| + sin y; x = 0 is taken for the side x <= 0."""
 
-    def function(index: np.ndarray, amount: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def function(index: np.ndarray, amount: np.ndarray, _: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         a, b = x + np.where(index == 0, amount, 0.0), 1.0 + np.where(index == 1, amount, 0.0)
         return np.column_stack([np.abs(a) + np.sin(b)]), (a > 0.0).astype(np.int64)[:, None]
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
 
-Function = Callable[[NDArray[np.int64], Array], tuple[Array, NDArray[np.int64]]]
-"""Entries, -1 for none, and by how much each is moved; values and sides of the switches, a row each.
+Function = Callable[[NDArray[np.int64], Array, Array], tuple[Array, NDArray[np.int64]]]
+"""Entries, -1 for none, by how much each is moved, and what share of their shear all tips that may slip let go at the
+same time; values and sides of the switches, a row each.
 
 A side is made of bits. Where the first differs, which tells touch, the others mean nothing.
 """
@@ -32,6 +33,8 @@ _CHANGE = 3e-7
 """How much of the largest of its row D may change from h to h / 2."""
 _LEFT = 1e-9
 """How much the outermost points may do to the slope of a polynomial, likewise, for no shorter step to be tried."""
+_SHEAR = 2e-3
+"""Share of the shear of tips that they let go while an entry goes a step."""
 _ROUNDING, _NOTHING = 1e-11, 1e-12
 """Of a value over the step, and of the largest derivative of all: rows that have less have rounding alone."""
 
@@ -55,7 +58,7 @@ def slopes(function: Function, steps: Array) -> Slopes:
     """
     k = len(steps)
     index = np.concatenate([[-1], np.repeat(np.arange(k), 4)]).astype(np.int64)
-    values, sides = function(index, np.concatenate([[0.0], np.outer(steps, _BOTH).ravel()]))
+    values, sides = function(index, np.concatenate([[0.0], np.outer(steps, _BOTH).ravel()]), np.zeros(len(index)))
     at, here = values[0], sides[0]
     values, sides = values[1:].reshape(k, 4, -1), sides[1:].reshape(k, 4, -1)
     change = (sides ^ here).reshape(-1, len(here))
@@ -75,10 +78,12 @@ def slopes(function: Function, steps: Array) -> Slopes:
 
 def _along(function: Function, entry: int, step: float, at: Array, here: NDArray[np.int64], scale: Array) -> Array:
     """Along one entry that crosses a switch, or is curved: that which depends least on its outermost points."""
-    best, least = np.full_like(at, np.nan), np.inf
+    best, least, longest = np.full_like(at, np.nan), np.inf, step
     ways = np.arange(1, _POINTS + 1) / _POINTS
     for _ in range(_TIMES):
-        values, sides = function(np.full(2 * _POINTS, entry), step * np.concatenate([ways, -ways]))
+        values, sides = function(
+            np.full(2 * _POINTS, entry), step * np.concatenate([ways, -ways]), np.zeros(2 * _POINTS)
+        )
         same = _same(values, sides, here)
         ahead, behind = ((values[side] - at) * _POINTS / step for side in (slice(_POINTS), slice(_POINTS, None)))
         found = [(ahead - behind, _CENTRAL)] if same.all() else []
@@ -92,6 +97,30 @@ def _along(function: Function, entry: int, step: float, at: Array, here: NDArray
         if least < _LEFT:
             break
         step *= _SHORTER
+    return best if least < np.inf else _aslant(function, entry, longest, at, here, scale)
+
+
+def _aslant(function: Function, entry: int, step: float, at: Array, here: NDArray[np.int64], scale: Array) -> Array:
+    """Along one entry that crosses a switch either way, as where two tips slip and one of them gets more to hold.
+
+    All tips let go, or take, some shear on the way, so that the way stays on the side that the state is on. There the
+    function is smooth, so what they do by themselves can be taken off: f' = f'(entry + shear) - f'(shear).
+    """
+    best, least = np.full_like(at, np.nan), np.inf
+    ways = np.arange(1, _POINTS + 1) / _POINTS
+    nothing = np.full(_POINTS, -1)
+    for shorter in (1.0, 0.25, 0.0625):
+        for share in (_SHEAR * shorter * more * sign for more in (0.1, 1.0, 10.0) for sign in (1.0, -1.0)):
+            alone, alone_sides = function(nothing, np.zeros(_POINTS), share * ways)
+            if not _same(alone, alone_sides, here).all():
+                continue
+            for h in (shorter * step, -shorter * step):
+                values, sides = function(np.full(_POINTS, entry), h * ways, share * ways)
+                if _same(values, sides, here).all():
+                    slope, less = _OUTWARD @ ((values - alone) * _POINTS / h)
+                    left = float(np.max(np.abs(slope - less) / scale, initial=0.0))
+                    if left < least:
+                        best, least = slope, left
     return best
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -129,7 +130,7 @@ class _Work:
         s, n, states = len(self.states.names), self.n, self.states
         with_wrench = WRENCH in chosen
         steps = np.concatenate([states.steps, self.inputs.steps[: n + 6 if with_wrench else n]])
-        ends = self._flagged(slopes(lambda index, amount: self._end(self.model, index, amount), steps)).columns
+        ends = self._flagged(slopes(partial(self._end, self.model), steps)).columns
         A, B, by_wrench = ends[:, :s], ends[:, s : s + n], ends[:, s + n :]
         seen = self._seen(s) if self.keep.variables or self.closed else np.zeros((0, s))
         y = len(seen) - self._answers
@@ -171,8 +172,10 @@ class _Work:
         """Numbers that the controller answers with."""
         return self.n + len(self.observer.held) if self.closed else 0
 
-    def _end(self, model: PeriodModel, index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
-        ends, sides = model.ends(index, amount)
+    def _end(
+        self, model: PeriodModel, index: NDArray[np.int64], amount: Array, shares: Array | None = None
+    ) -> tuple[Array, NDArray[np.int64]]:
+        ends, sides = model.ends(index, amount, shares)
         return beyond(model.plant, ends, self.base[0]), sides
 
     def _seen(self, s: int) -> Array:
@@ -218,7 +221,7 @@ class _Work:
                 failed.append(error)
                 return np.full_like(values, np.nan), sides
 
-        def function(index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
+        def function(index: NDArray[np.int64], amount: Array, _: Array) -> tuple[Array, NDArray[np.int64]]:
             found = [(values, sides) if j < 0 else moved(float(h)) for j, h in zip(index, amount, strict=True)]
             return np.array([row for row, _ in found]), np.array([side for _, side in found])
 
@@ -244,7 +247,7 @@ class _Work:
         y = len(C)
 
         def column(k: int) -> Array:
-            def function(index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
+            def function(index: NDArray[np.int64], amount: Array, _: Array) -> tuple[Array, NDArray[np.int64]]:
                 return self.observer.at(np.where(index < 0, -1, s + k), amount)
 
             step = _MEMORY_STEP * max(1.0, abs(held[k]))

@@ -83,16 +83,21 @@ class PeriodModel:
         )
         self._run = addressed(run_moves, self._mechanics, self._moves, self._count, layouts=layouts)
 
-    def ends(self, index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
+    def ends(
+        self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
+    ) -> tuple[Array, NDArray[np.int64]]:
         """Where periods end that begin with one entry moved, and the sides of the switches that they saw.
 
         Args:
             index: entry of (q, v, z, u, wrench), or -1, shape (k,).
             amount: by how much, shape (k,).
+            shares: of their shear that all tips that may slip let go before, shape (k,); none if not given.
 
         Returns:
             q, v and z, shape (k, nq + nv + nz), and bits, shape (k, (1 + steps) nc).
         """
+        if shares is not None and np.any(shares != 0.0):
+            return self._after_letting_go(index, amount, shares)
         found, sides = [], []
         for first in range(0, len(index), _ROOM):
             count = min(_ROOM, len(index) - first)
@@ -104,6 +109,18 @@ class PeriodModel:
             sides.append(self._moves.sides[:count].reshape(count, -1).copy())
         return np.concatenate(found), np.concatenate(sides)
 
+    def _after_letting_go(
+        self, index: NDArray[np.int64], amount: Array, shares: Array
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """One by one, each from a z of its own."""
+        z = self._moves.base.z
+        held, found = z.copy(), []
+        for k, share in enumerate(shares):
+            z[:] = less_shear(self.plant, held, share)
+            found.append(self.ends(index[k : k + 1], amount[k : k + 1]))
+        z[:] = held
+        return np.concatenate([ends for ends, _ in found]), np.concatenate([sides for _, sides in found])
+
     def inertias(self) -> Array:
         """Diagonal of the mass matrix where the last period ended, shape (nv,)."""
         return np.diag(self.plant.snapshot.terms.M).copy()
@@ -114,6 +131,13 @@ def remembered_in(plant: Plant) -> NDArray[np.int64]:
     stored = np.broadcast_to(np.arange(plant.n_memory) < 3, (len(plant.contacts), plant.n_memory))
     rows: NDArray[np.int64] = np.concatenate([np.argwhere(stored), np.argwhere(is_memory(plant) & ~stored)])
     return rows.astype(np.int64)
+
+
+def less_shear(plant: Plant, z: Array, share: float) -> Array:
+    """z whose contacts that may slip have let go a share of what they store."""
+    less = z.copy()
+    less[plant.pads["can_slip"] > 0, :3] *= 1.0 - share
+    return less
 
 
 def beyond(plant: Plant, ends: Array, base: Array) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from softhand.assembly.probe import Probe
 from softhand.closed_loop.feedback import numbers_of, rebuilt
 from softhand.controllers.controller import Controller
+from softhand.derivatives.model import less_shear
 from softhand.derivatives.period import FEATURE, SLIPS, TOUCHES
 from softhand.model.configuration import integrate
 from softhand.numerics.arrays import Array
@@ -54,12 +55,18 @@ class Observer:
         observation = probe.at(state, state.time)
         self.effort_limit, self._sizes = observation.effort_limit.copy(), observation.known.sizes
 
-    def at(self, index: NDArray[np.int64], amount: Array) -> tuple[Array, NDArray[np.int64]]:
+    def at(
+        self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
+    ) -> tuple[Array, NDArray[np.int64]]:
         """Outputs, torque and memory with one entry of (q, v, z, memory) moved, and sides, as a `Function`."""
         rows, answers, sides = [], [], []
+        shares = np.zeros(len(index)) if shares is None else shares
         s = 2 * len(self._state.v) + len(self._remembered)
-        for j, h in zip(index.tolist(), amount.tolist(), strict=True):
-            observation = self._probe.at(_moved(self._probe, self._state, self._remembered, j, h), self._state.time)
+        for j, h, share in zip(index.tolist(), amount.tolist(), shares.tolist(), strict=True):
+            state = self._state
+            if share:
+                state = State(state.q, state.v, less_shear(self._probe.plant, state.z, share), state.time)
+            observation = self._probe.at(_moved(self._probe, state, self._remembered, j, h), state.time)
             rows.append(self._row(observation))
             sides.append(_sides(self._probe))
             memory = self._memory
