@@ -64,11 +64,14 @@ class Period:
         self.cells = remembered_in(self.plant)
         self.base = self.end(self.moved(0, 0.0), torque)
 
-    def moved(self, k: int, h: float) -> State:
-        """Beside the state along entry k of x."""
+    def moved(self, k: int | np.ndarray, h: float) -> State:
+        """Beside the state along entry k of x, or along any way."""
         nv, state = len(self.state.v), self.state
         x = np.zeros(2 * nv + len(self.cells))
-        x[k] = h
+        if isinstance(k, np.ndarray):
+            x[:] = h * k
+        else:
+            x[k] = h
         z = state.z.copy()
         z[tuple(self.cells.T)] += x[2 * nv :]
         return State(pin.integrate(self.plant.world.model, state.q, x[:nv]), state.v + x[nv : 2 * nv], z, state.time)
@@ -79,19 +82,22 @@ class Period:
         end = self.simulation.state
         return np.concatenate([end.q, end.v, end.z[tuple(self.cells.T)]])
 
-    def at(self, k: int, h: float) -> np.ndarray:
-        """x' beside that of the state, with entry k of (x, u) moved."""
-        s = 2 * len(self.state.v) + len(self.cells)
-        state, torque = self.moved(k if k < s else 0, h if k < s else 0.0), self.torque.copy()
-        if k >= s:
+    def at(self, k: int | np.ndarray, h: float) -> np.ndarray:
+        """x' beside that of the state, with entry k of (x, u) moved, or x any way."""
+        s, torque = 2 * len(self.state.v) + len(self.cells), self.torque.copy()
+        if isinstance(k, np.ndarray) or k < s:
+            state = self.moved(k, h)
+        else:
+            state = self.state
             torque[k - s] += h
         end, nq = self.end(state, torque), len(self.state.q)
         x = pin.difference(self.plant.world.model, self.base[:nq], end[:nq])
         return np.concatenate([x, end[nq:] - self.base[nq:]])
 
-    def sides(self, k: int, h: float) -> tuple[bool, ...]:
+    def sides(self, k: int | np.ndarray, h: float) -> tuple[bool, ...]:
         """Which contacts touch and slip, where the period begins and where it ends."""
-        plant, state = self.plant, self.moved(k, h) if k < 2 * len(self.state.v) + len(self.cells) else self.state
+        plant, s = self.plant, 2 * len(self.state.v) + len(self.cells)
+        state = self.moved(k, h) if isinstance(k, np.ndarray) or k < s else self.state
         found: list[np.ndarray] = []
         supports, can_slip = plant.pads["is_support"] > 0, plant.pads["can_slip"] > 0
         plant.update(state.q, state.v, state.z)
@@ -104,10 +110,13 @@ class Period:
             found += [touches, touches & can_slip & slips, np.where(touches, contacts["feature"], 0)]
         return tuple(np.concatenate(found).tolist())
 
-    def slope(self, k: int, h: float) -> np.ndarray:
-        """The derivative along one entry, on the side of all switches that the state is on."""
+    def slope(self, k: int, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """The derivative along one entry on the side of all switches that the state is on, NaN if that is no way.
+
+        And how sure that is: what its outermost points do.
+        """
         here, function = self.sides(0, 0.0), lambda step: self.at(k, step)
-        best, least = None, np.inf
+        best, least = (np.full(len(self.at(0, 0.0)), np.nan),) * 2, np.inf
         for shorter in (1.0, 0.3, 0.1, 0.03, 0.01, 0.003):
             ahead, behind = (
                 all(self.sides(k, sign * shorter * h * share) == here for share in (1.0, 0.5, 0.25)) for sign in (1, -1)
@@ -119,8 +128,7 @@ class Period:
             else:
                 continue
             if np.max(left) < least:
-                best, least = found, np.max(left)
-        assert best is not None, "a switch both ways"
+                best, least = (found, left), np.max(left)
         return best
 
 
@@ -147,11 +155,18 @@ def compare(name: str, state: State, torque: np.ndarray) -> Linearization:
     model = linearize(SCENARIOS[name], state=state, torque=torque)
     period = Period(simulation_of(name), state, torque)
     both = np.hstack([model.A, model.B])
-    expected = np.column_stack([period.slope(k, h) for k, h in enumerate(steps_of(model))])
-    off = np.abs(both - expected)
-    worst = off.max(axis=1) / np.abs(expected).max(axis=1, initial=1e-12)
-    k = int(np.argmax(worst))
-    assert worst[k] < 1e-8, (model.states[k], worst[k], (*model.states, *model.inputs)[int(np.argmax(off[k]))])
+    found = [period.slope(k, h) for k, h in enumerate(steps_of(model))]
+    expected, unsure = np.column_stack([slope for slope, _ in found]), np.column_stack([left for _, left in found])
+    told = np.isfinite(expected).all(axis=0)
+    assert told.sum() >= len(told) - 3  # others go along a switch of one contact to beyond that of another
+    row = np.abs(expected[:, told]).max(axis=1, initial=1e-12)[:, None]
+    off = np.abs(both - expected)[:, told]
+    bound = 1e-8 * row + 10.0 * unsure[:, told]  # a um from a second switch rounding leaves no more
+    assert np.quantile(bound / row, 0.9) < 1.1e-8
+    k, j = np.unravel_index(np.argmax(off / bound), off.shape)
+    names = np.array([*model.states, *model.inputs])
+    assert np.isfinite(both).all()
+    assert off[k, j] < bound[k, j], (names[k], names[told][j], off[k, j] / row[k], bound[k, j] / row[k])
     return model
 
 
@@ -192,6 +207,21 @@ def test_slip_is_at_its_switch(seed: int) -> None:
     model = linearize(SCENARIOS["slips"], state=state, torque=torque)
     assert slipping <= {switch.where for switch in model.switches if switch.what == "slip"}
     assert {switch.what for switch in model.switches} == {"slip"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_slip_it_holds_for_any_move_to_within_the_limit(seed: int) -> None:
+    """All entries of x at once, with shear let go: A x is the one-sided derivative, whichever tips slip."""
+    state, torque = random_state("slips", seed)
+    model, rng = linearize(SCENARIOS["slips"], state=state, torque=torque), np.random.default_rng(seed)
+    period = Period(simulation_of("slips"), state, torque)
+    here, s = period.sides(0, 0.0), len(model.states)
+    for _ in range(3):
+        x = 0.1 * steps_of(model)[:s] * rng.standard_normal(s)
+        x[-9:] -= 0.01 * state.z[tuple(period.cells.T)]
+        assert all(period.sides(x, share) == here for share in (1.0, 0.5, 0.25))
+        expected, _ = forward(lambda h, x=x: period.at(x, h), 1.0)
+        np.testing.assert_array_less(np.abs(model.A @ x - expected), 1e-7 * (np.abs(model.A) @ np.abs(x)))
 
 
 def test_rolling_contacts_have_no_switch() -> None:
