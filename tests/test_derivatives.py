@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -186,7 +187,7 @@ def test_it_is_the_derivative_of_the_simulation(name: str, seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 12))
+@pytest.mark.parametrize("seed", range(2, 7))
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_it_is_the_derivative_at_many_states(name: str, seed: int) -> None:
     """The same."""
@@ -220,7 +221,7 @@ def test_in_slip_it_holds_for_any_move_to_within_the_limit(seed: int) -> None:
         x = 0.1 * steps_of(model)[:s] * rng.standard_normal(s)
         x[-9:] -= 0.01 * state.z[tuple(period.cells.T)]
         assert all(period.sides(x, share) == here for share in (1.0, 0.5, 0.25))
-        expected, _ = forward(lambda h, x=x: period.at(x, h), 1.0)
+        expected, _ = forward(partial(period.at, x), 1.0)
         np.testing.assert_array_less(np.abs(model.A @ x - expected), 1e-7 * (np.abs(model.A) @ np.abs(x)))
 
 
@@ -300,7 +301,7 @@ def test_a_turned_world_has_the_same_model() -> None:
 
 def linear_parameter(scenario: Scenario, key: str, model: Linearization, state: State, torque: np.ndarray) -> None:
     """A column of E against runs of scenarios beside."""
-    whole = scenario.model_dump()
+    whole: Any = scenario.model_dump()
     for part in key.split("."):
         whole = whole[part]
     h = 1e-3 * whole

@@ -93,12 +93,12 @@ def follow(by_state: Array, n: int, column: Callable[[int], Array]) -> tuple[NDA
     """
     columns: dict[int, Array] = {}
     alive: NDArray[np.bool_] = np.any(by_state[n:] != 0.0, axis=1)
-    while waiting := [k for k in np.flatnonzero(alive) if k not in columns]:
+    while waiting := [k for k in np.flatnonzero(alive).tolist() if k not in columns]:
         for k in waiting:
-            columns[k] = column(int(k))
+            columns[k] = column(k)
             alive |= columns[k][n:] != 0.0
     chosen = np.flatnonzero(alive)
-    return chosen, np.column_stack([np.zeros((len(by_state), 0)), *(columns[k] for k in chosen)])
+    return chosen, np.column_stack([np.zeros((len(by_state), 0)), *(columns[k] for k in chosen.tolist())])
 
 
 def _joined(torque: Array, memory: Any) -> Array:

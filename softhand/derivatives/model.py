@@ -72,7 +72,7 @@ class PeriodModel:
             remembered=self.remembered,
             along=np.zeros(nv),
             pushes=_with_wrench(plant, pushes),
-            index=np.full(_ROOM, -1, np.int64),
+            entry=np.full(_ROOM, -1, np.int64),
             amount=np.zeros(_ROOM),
             ends=np.zeros((_ROOM, nq + nv + len(self.remembered))),
             sides=np.zeros((_ROOM, 1 + steps, len(plant.contacts)), np.int64),
@@ -101,7 +101,7 @@ class PeriodModel:
         found, sides = [], []
         for first in range(0, len(index), _ROOM):
             count = min(_ROOM, len(index) - first)
-            self._moves.index[:count] = index[first : first + count]
+            self._moves.entry[:count] = index[first : first + count]
             self._moves.amount[:count] = amount[first : first + count]
             self._count[0] = count
             self._run()

@@ -47,7 +47,7 @@ class Moves(NamedTuple):
     """Room for a displacement, shape (nv,)."""
     pushes: PushTable
     """From outside; the last row is the wrench that belongs to p."""
-    index: NDArray[np.int64]
+    entry: NDArray[np.int64]
     """Which entry of (q, v, z, u, wrench) each period begins beside; -1 for none, shape (moves,)."""
     amount: Array
     """By how much, shape (moves,)."""
@@ -68,7 +68,7 @@ def run_moves(mechanics, moves, count):
     """
     m, state = mechanics, mechanics.state
     for i in range(count[0]):
-        _begin(m, moves, moves.index[i], moves.amount[i])
+        _begin(m, moves, moves.entry[i], moves.amount[i])
         if moves.kind == MIDPOINT:
             rigid_terms(m.tree, state.q, state.v, m.terms)
             start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, moves.step, state)
@@ -76,7 +76,7 @@ def run_moves(mechanics, moves, count):
             settle(m, moves.step * 0.0)
             rigid_poses(m.tree, state.q, m.terms)
         _note_sides(m, moves.sides[i, 0])
-        _note_moved(m, moves, moves.index[i], moves.amount[i], moves.sides[i, 0])
+        _note_moved(m, moves, moves.entry[i], moves.amount[i], moves.sides[i, 0])
         for k in range(moves.steps):
             if k:
                 rigid_poses(m.tree, state.q, m.terms)
