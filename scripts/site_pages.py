@@ -40,8 +40,9 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "analysis": (
         "Analysis",
         "What a run, a loop or a measurement tells.",
-        ("summarize", "Summary", "energy_ledger", "Ledger", "stability", "Stability", "linearize", "LinearModel",
-         "lyapunov", "Lyapunov", "identify", "Identification"),
+        ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
+         "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
+         "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

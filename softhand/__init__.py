@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.batch.runs import Runs as Runs
     from softhand.checks.check import check as check
     from softhand.closed_loop.linearize import LinearModel as LinearModel
-    from softhand.closed_loop.linearize import linearize as linearize
+    from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
     from softhand.closed_loop.stability import Stability as Stability
@@ -35,6 +35,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
+    from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
+    from softhand.derivatives.linearization import Linearization as Linearization
+    from softhand.derivatives.linearize import linearize as linearize
     from softhand.errors import BrowserError as BrowserError
     from softhand.errors import ControllerError as ControllerError
     from softhand.errors import GraspError as GraspError
@@ -95,7 +98,7 @@ _HOMES = {
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),
-    "closed_loop.linearize": ("LinearModel", "linearize"),
+    "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
     "closed_loop.stability": ("Stability", "stability"),
     "analysis.summary": ("Summary", "summarize"),
@@ -103,6 +106,8 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "derivatives.linearization": ("ClosedLoop", "Linearization"),
+    "derivatives.linearize": ("linearize",),
     "errors": (
         "BrowserError",
         "ControllerError",

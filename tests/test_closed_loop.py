@@ -14,7 +14,7 @@ import softhand
 from softhand.checks.scenario import fastest_frequency
 from softhand.closed_loop.feedback import differentiate
 from softhand.closed_loop.gain_loop import close_gain_loop
-from softhand.closed_loop.linearize import LinearModel, beside, linearize
+from softhand.closed_loop.linearize import LinearModel, beside, linearize_plant
 from softhand.closed_loop.loop import Loop, close_loop, held
 from softhand.closed_loop.start import HeldStart, held_start
 from softhand.controllers.controller import Controller
@@ -63,7 +63,7 @@ def test_the_model_is_the_plant_for_small_motions(name):
     plant, state, rng = start.probe.plant, start.state, np.random.default_rng(1)
     observation = start.probe.at(state, 0.0)
     torque = observation.gravity_torque + observation.hand_jacobian.T @ observation.contact_force.ravel()
-    model = linearize(plant, state, torque)
+    model = linearize_plant(plant, state, torque)
     assert np.max(np.abs(model.acceleration)) < 1e-6
     move, push = held(model, 8e-3)
     x, u = 1e-8 * rng.normal(size=len(model.states)), rng.normal(size=len(model.inputs))
@@ -90,7 +90,7 @@ def test_the_states_are_named(tmp_path):
 def test_the_fastest_motion_is_that_of_the_contacts():
     """The largest eigenvalue of A is the fastest frequency of hand and object on their contacts, found another way."""
     start = start_of("conservative")
-    model = linearize(start.probe.plant, start.state, np.zeros(9))
+    model = linearize_plant(start.probe.plant, start.state, np.zeros(9))
     fastest = np.max(np.abs(np.linalg.eigvals(model.A)))
     assert fastest == pytest.approx(fastest_frequency(start.probe.plant, start.state), rel=0.01)
 

@@ -49,7 +49,8 @@ from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.straight_steps import straight_steps
 
-_KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
+KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
+"""Of the steppers that there is machine code for, see `steppers.kernels`."""
 
 
 class Outcome(NamedTuple):
@@ -76,7 +77,7 @@ class Result(NamedTuple):
 
 def is_compiled(setup: Setup) -> bool:
     """Whether there is machine code for the stepper; whether there is for the law, only its start tells."""
-    return type(setup.stepper) in _KINDS
+    return type(setup.stepper) in KINDS
 
 
 def _times(setup: Setup) -> Any:
@@ -131,7 +132,7 @@ class CompiledRun:
         self._mechanics = mechanics_of(plant, self._state, torque)
         self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
         self._plan = Plan(
-            kind=_KINDS[type(setup.stepper)],
+            kind=KINDS[type(setup.stepper)],
             step=setup.stepper.step,
             steps=round(scenario.control_period / setup.stepper.step),
             stride=whole_periods(setup.controller, scenario.control_period),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
@@ -65,28 +65,47 @@ def differentiate(controller: Controller, probe: Probe, state: State, period: fl
         return _joined(*controller.torque(probe.at(beside, period), memory))
 
     by_state, base = slope(probe.plant, state, respond), respond(state)
-    observation, held = probe.at(state, period), np.concatenate([[], *_numbers(memory)])
+    observation, held = probe.at(state, period), np.concatenate([[], *numbers_of(memory)])
 
     def respond_to(values: Array) -> Array:
-        return _joined(*controller.torque(observation, _rebuilt(memory, iter(values))))
+        return _joined(*controller.torque(observation, rebuilt(memory, iter(values))))
 
-    n, columns = probe.plant.world.n_joints, {}
-    alive: NDArray[np.bool_] = np.any(by_state[n:] != 0.0, axis=1)
-    while waiting := [k for k in np.flatnonzero(alive) if k not in columns]:
-        for k in waiting:
-            move = np.where(np.arange(len(held)) == k, _STEP, 0.0)
-            columns[k] = (respond_to(held + move) - respond_to(held - move)) / (2.0 * _STEP)
-            alive |= columns[k][n:] != 0.0
-    chosen = np.flatnonzero(alive)
-    by_memory = np.column_stack([np.zeros((len(base), 0)), *(columns[k] for k in chosen)])
+    def column(k: int) -> Array:
+        move = np.where(np.arange(len(held)) == k, _STEP, 0.0)
+        slope: Array = (respond_to(held + move) - respond_to(held - move)) / (2.0 * _STEP)
+        return slope
+
+    n = probe.plant.world.n_joints
+    chosen, by_memory = follow(by_state, n, column)
     return Feedback(base[:n], by_state[:n], by_memory[:n], by_state[n:][chosen], by_memory[n:][chosen])
 
 
+def follow(by_state: Array, n: int, column: Callable[[int], Array]) -> tuple[NDArray[np.int64], Array]:
+    """Which numbers of a memory change with x, directly or through others, and what they do.
+
+    Args:
+        by_state: torque and memory by x, shape (n + m, s).
+        n: torques in it.
+        column: torque and memory by one number of the memory, shape (n + m,).
+
+    Returns:
+        Places of these numbers in the memory, and torque and memory by each of them, a column a number.
+    """
+    columns: dict[int, Array] = {}
+    alive: NDArray[np.bool_] = np.any(by_state[n:] != 0.0, axis=1)
+    while waiting := [k for k in np.flatnonzero(alive).tolist() if k not in columns]:
+        for k in waiting:
+            columns[k] = column(k)
+            alive |= columns[k][n:] != 0.0
+    chosen = np.flatnonzero(alive)
+    return chosen, np.column_stack([np.zeros((len(by_state), 0)), *(columns[k] for k in chosen.tolist())])
+
+
 def _joined(torque: Array, memory: Any) -> Array:
-    return np.concatenate([torque, *_numbers(memory)])
+    return np.concatenate([torque, *numbers_of(memory)])
 
 
-def _numbers(memory: Any) -> Iterator[Array]:
+def numbers_of(memory: Any) -> Iterator[Array]:
     """The numbers in a memory, a row for each of its arrays."""
     if isinstance(memory, Observation):
         memory = memory.block
@@ -97,20 +116,20 @@ def _numbers(memory: Any) -> Iterator[Array]:
         yield np.array([memory])
     else:
         for part in _parts(memory).values():
-            yield from _numbers(part)
+            yield from numbers_of(part)
 
 
-def _rebuilt(memory: Any, values: Iterator[float]) -> Any:
-    """A memory with other numbers, in the order of `_numbers`."""
+def rebuilt(memory: Any, values: Iterator[float]) -> Any:
+    """A memory with other numbers, in the order of `numbers_of`."""
     if isinstance(memory, Observation):
-        return Observation(memory.known, _rebuilt(memory.block, values), memory.time)
+        return Observation(memory.known, rebuilt(memory.block, values), memory.time)
     if isinstance(memory, np.ndarray):
         if memory.dtype != float:
             return memory
         return np.array([next(values) for _ in range(memory.size)]).reshape(memory.shape)
     if isinstance(memory, float):
         return float(next(values))
-    parts = {key: _rebuilt(part, values) for key, part in _parts(memory).items()}
+    parts = {key: rebuilt(part, values) for key, part in _parts(memory).items()}
     if not parts:
         return memory
     if is_dataclass(memory):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand.closed_loop.gains import Gains
-from softhand.closed_loop.linearize import LinearModel, linearize, slope
+from softhand.closed_loop.linearize import LinearModel, linearize_plant, slope
 from softhand.closed_loop.loop import growth, held
 from softhand.closed_loop.start import HeldStart
 from softhand.controllers.regulation import Regulation
@@ -61,7 +61,7 @@ def close_gain_loop(start: HeldStart) -> GainLoop:
         return np.concatenate([each.torque(observation, one)[0] for each, one in zip(laws, memories, strict=True)])
 
     free, *each = np.split(slope(probe.plant, start.state, respond), len(laws))
-    model = linearize(probe.plant, start.state, respond(start.state)[:n])
+    model = linearize_plant(probe.plant, start.state, respond(start.state)[:n])
     observation = start.probe.at(start.state, 0.0)
     gains = Gains.of(law, len(observation.joint_position), len(observation.internal_force))
     use = np.linalg.eigvals(np.linalg.solve(contact_stiffness(start, model, gains), np.diag(gains.K_O))).real.max()

@@ -21,8 +21,8 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 
 _STEP = 1e-6  # of x in its units
-_OBJECT = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
-_FORCES = ("radial", "first tangential", "second tangential", "torsional")
+OBJECT = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
+FORCES = ("radial", "first tangential", "second tangential", "torsional")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class LinearModel(Record):
     acceleration: Array
 
 
-def linearize(plant: Plant, state: State, torque: Array) -> LinearModel:
+def linearize_plant(plant: Plant, state: State, torque: Array) -> LinearModel:
     """The open-loop linear model of a plant about a state under held torques.
 
     Contacts stick and roll, supports too; a contact in touch stays so, one that is not stays idle.
@@ -72,10 +72,10 @@ def linearize(plant: Plant, state: State, torque: Array) -> LinearModel:
     A[:nv, nv : 2 * nv], A[nv:] = np.eye(nv), by_state
     B[nv : 2 * nv] = np.linalg.inv(plant.rigid.mass_matrix(state.q))[:, :n]
     joints = tuple(plant.world.joint_names)
-    moving = (*joints, *(f"object {way}" for way in _OBJECT))
+    moving = (*joints, *(f"object {way}" for way in OBJECT))
     rows = np.argwhere(remembered)
     memories = (
-        f"{plant.contact_names[i]}, memory {(column - 3) // 4 + 1}, {_FORCES[(column - 3) % 4]}" for i, column in rows
+        f"{plant.contact_names[i]}, memory {(column - 3) // 4 + 1}, {FORCES[(column - 3) % 4]}" for i, column in rows
     )
     return LinearModel(A, B, (*moving, *(f"{name}, rate" for name in moving), *memories), joints, acceleration)
 

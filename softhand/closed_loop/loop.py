@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from softhand.closed_loop.feedback import Feedback, differentiate
-from softhand.closed_loop.linearize import LinearModel, linearize
+from softhand.closed_loop.linearize import LinearModel, linearize_plant
 from softhand.closed_loop.start import HeldStart
 from softhand.numerics.arrays import Array
 
@@ -54,7 +54,7 @@ class Loop:
 def close_loop(start: HeldStart) -> Loop:
     """The loop of a scenario about its start, which is asked to stay there."""
     feedback = differentiate(start.controller, start.probe, start.state, start.period)
-    return Loop(linearize(start.probe.plant, start.state, feedback.torque), feedback)
+    return Loop(linearize_plant(start.probe.plant, start.state, feedback.torque), feedback)
 
 
 def growth(model: LinearModel, by_state: Array) -> float:

@@ -76,8 +76,8 @@ def stability(
 ) -> Stability:
     """How fast small motions grow or die out under a controller, about the start of a scenario or the end of a run.
 
-    The plant is linear about that state (`linearize`), the controller is differenced through the observation that it is
-    handed and its memory (`differentiate`). The contacts roll; effort limits and large motions are not seen.
+    The plant is linear about that state (`linearize_plant`), the controller is differenced through the observation that
+    it is handed and its memory (`differentiate`). The contacts roll; effort limits and large motions are not seen.
 
     Args:
         scenario: whose start is held, with `regulation` not one with open fingers; or a recording, whose quietest

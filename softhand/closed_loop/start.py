@@ -98,7 +98,7 @@ def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:
     time = float(recording.time[k])
     state = recorded_state(Plant(setup.world, setup.fingertips, setup.supports), recording, k)
     held = held_at(setup, goal_of(motion.update(time)), state, time)
-    _relax(held.probe.plant, held.state)
+    relax_memory(held.probe.plant, held.state)
     return held
 
 
@@ -121,7 +121,8 @@ def resting_since(motion: Motion, time: float) -> float | None:
     return since
 
 
-def _relax(plant: Plant, state: State) -> None:
+def relax_memory(plant: Plant, state: State) -> None:
+    """What relaxing dampings remember as it is where a state has lasted, in place."""
     plant.update(state.q, state.v, state.z)
     which = is_memory(plant)
     force = np.tile(plant.contacts["deformation_force"], -(-plant.n_memory // 4) + 1)

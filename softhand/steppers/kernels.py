@@ -136,7 +136,7 @@ def _update(m, q, v, z):
 
 
 @compiled
-def _settle(m, step):
+def settle(m, step):
     """As `Plant.settle`."""
     q, v, z = m.state.q, m.state.v, m.state.z
     if m.can_slip and not is_at(q, v, z, m.at):
@@ -150,7 +150,7 @@ def _settle(m, step):
 def _semi_implicit_euler(m, step):
     """As `SemiImplicitEuler`."""
     q, v, z, touch = m.state.q, m.state.v, m.state.z, m.touch
-    _settle(m, step * 0.0)
+    settle(m, step * 0.0)
     _update(m, q, v, z)
     acceleration = m.slopes[0, : v.shape[0]]
     accelerate(touch, m.terms, m.envelope, m.torque, m.external, m.mass, acceleration)
@@ -159,7 +159,7 @@ def _semi_implicit_euler(m, step):
     integrate(m.joints, q, v, step, q)
     integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, v, step, z)
     relax(touch.pads, touch.contacts, step, z)
-    _settle(m, step)
+    settle(m, step)
 
 
 @compiled
@@ -187,7 +187,7 @@ def _rk4(m, step):
     q, v, z = m.state.q, m.state.v, m.state.z
     nq, nv = q.shape[0], v.shape[0]
     nc, memory = z.shape
-    _settle(m, step * 0.0)
+    settle(m, step * 0.0)
     y, stage = m.slopes[0], m.slopes[1]
     for k in range(nq):
         y[k] = q[k]
@@ -212,4 +212,4 @@ def _rk4(m, step):
         for k in range(memory):
             z[i, k] = y[nq + nv + memory * i + k]
     normalize(m.joints, q)
-    _settle(m, step)
+    settle(m, step)

@@ -1,0 +1,131 @@
+"""The linear model of a control period, as a result with names and units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
+
+_BY = "SI, by the names of rows and columns"
+
+
+class Switch(NamedTuple):
+    """What a state is so close to that the model holds on one side of it alone."""
+
+    where: str
+    """Name of the contact, or of the joint."""
+    what: str
+    """`touch`, `slip`, `surface` (another face, edge or vertex) or `effort limit`."""
+    side: str
+    """On which the model holds, such as `sticks`."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedLoop(Record):
+    """(x, m)' = A (x, m) + B u + E p and y = C (x, m) + D u + F p, u what is added to the command of the controller.
+
+    m are the numbers in the memory of the controller that change with x, directly or through others.
+
+    Attributes:
+        A: shape (s + m, s + m).
+        B: shape (s + m, n).
+        E: shape (s + m, p).
+        C: shape (y, s + m).
+        D: shape (y, n).
+        F: shape (y, p).
+        K: the command by (x, m), zero where an effort limit holds, shape (n, s + m).
+        states: names of x, then of m.
+    """
+
+    units: ClassVar = dict.fromkeys("ABECDFK", _BY)
+
+    A: Array
+    B: Array
+    E: Array
+    C: Array
+    D: Array
+    F: Array
+    K: Array
+    states: tuple[str, ...]
+
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Of A, the largest first; all within the unit circle where small motions die out."""
+        return _sorted_eigenvalues(self.A)
+
+    def __repr__(self) -> str:
+        return f"<ClosedLoop: {len(self.states)} states, largest eigenvalue {np.abs(self.eigenvalues()[0]):.6g}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearization(Record):
+    """One control period beside a state: x' = A x + B u + E p, y = C x + D u + F p.
+
+    x, u and p are displacements from that state, its torques and the parameters, x' that from where the period ends, y
+    that of what is recorded where it begins.
+
+    Attributes:
+        time: of the state [s].
+        period: for which the torques are held [s].
+        A: shape (s, s).
+        B: shape (s, n).
+        E: shape (s, p).
+        C: shape (y, s).
+        D: shape (y, n).
+        F: shape (y, p).
+        states: names of x: joints, object along and about its own axes, their rates, then what each contact stores.
+        inputs: names of u, the joints.
+        parameters: names of p.
+        outputs: names of y.
+        state_units: of x.
+        input_units: of u.
+        parameter_units: of p.
+        output_units: of y.
+        switches: what the state is at, or within a step of the differences; there the model is that of its own side.
+        closed: the same with the controller; None if it was not asked for.
+    """
+
+    units: ClassVar = {"time": "s", "period": "s", **dict.fromkeys("ABECDF", _BY)}
+
+    time: float
+    period: float
+    A: Array
+    B: Array
+    E: Array
+    C: Array
+    D: Array
+    F: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    state_units: tuple[str, ...]
+    input_units: tuple[str, ...]
+    parameter_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+    switches: tuple[Switch, ...]
+    closed: ClosedLoop | None = None
+
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Of A, with held torques, the largest first; those of the loop are `closed.eigenvalues()`."""
+        return _sorted_eigenvalues(self.A)
+
+    def __repr__(self) -> str:
+        counts = {
+            "states": self.states, "inputs": self.inputs, "parameters": self.parameters, "outputs": self.outputs
+        }  # fmt: skip
+        told = [f"{len(names)} {what}" for what, names in counts.items() if names]
+        told += (
+            [f"at a switch: {', '.join(f'{one.where} ({one.what})' for one in self.switches)}"] if self.switches else []
+        )
+        told += [f"closed: {self.closed!r}"] if self.closed else []
+        return f"<Linearization: {self.period:g} s from t = {self.time:g} s, {', '.join(told)}>"
+
+
+def _sorted_eigenvalues(A: Array) -> NDArray[np.complex128]:
+    values: NDArray[np.complex128] = np.linalg.eigvals(A).astype(np.complex128)
+    return values[np.argsort(-np.abs(values), kind="stable")]
