@@ -41,7 +41,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Analysis",
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "stability", "Stability", "linearize", "LinearModel",
-         "lyapunov", "Lyapunov", "identify", "Identification"),
+         "lyapunov", "Lyapunov", "grasp_stiffness", "GraspStiffness", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",
