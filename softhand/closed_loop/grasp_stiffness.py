@@ -25,6 +25,7 @@ _WAYS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
 _SYMMETRIC = 1e-6
 _MOVING = 1e-4  # [N] from which a wrench is said to be left
 _SUM = 1e-6
+_ZERO = 1e-7  # of the largest stiffness
 _MODES = ("locked", "controller")
 
 
@@ -103,12 +104,12 @@ class GraspStiffness(Record):
         found = [f"About {about}, {self.joints}."]
         if self.asymmetry > _SYMMETRIC:
             found.append(
-                f"The matrix is not symmetric, by {100.0 * self.asymmetry:.2g} %; the principal values are those of its "
-                "symmetric part."
+                f"The matrix is not symmetric, by {100.0 * self.asymmetry:.2g} %; the principal values are those of "
+                "its symmetric part."
             )
         if np.isnan(self.compliance).any():
             found.append("Some displacement needs no wrench: there is no compliance.")
-        if min(self.translation[0], self.rotation[0]) < 0.0:
+        if any(values[0] < -_ZERO * values[-1] for values in (self.translation, self.rotation)):
             found.append("A negative stiffness: a small displacement that way grows by itself.")
         if np.max(np.abs(self.unbalanced / np.repeat([1.0, self.length], 3))) > _MOVING:
             force, moment = np.linalg.norm(self.unbalanced[:3]), np.linalg.norm(self.unbalanced[3:])
@@ -121,10 +122,11 @@ def grasp_stiffness(
 ) -> GraspStiffness:
     """The 6 x 6 stiffness and compliance of a held object, at the start of a scenario or at a time of a run.
 
-    It is the derivative of what the contact forces and gravity do to the object: the law's own stiffness, the rolling of
+    It is the derivative of what contact forces and gravity do to the object: the stiffness of the law, the rolling of
     the tips with their deformation, and the turning of forces and contact points. Tips stick; what relaxes has relaxed;
-    supports in touch hold too. With joints that give way they are taken out of the tangent of hand and object,
-    K = K_oo - K_oj (K_jj + springs)^-1 K_jo.
+    supports in touch hold too. Joints that give way are taken out of the tangent of hand and object,
+
+        K = K_oo - K_oj (K_jj + springs)^-1 K_jo
 
     Args:
         source: whose start is held, or a recording.

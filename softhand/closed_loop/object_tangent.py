@@ -14,6 +14,7 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 
 _LEAST = 1e-9  # of the largest singular value; differences leave some 1e-10
+_IDLE = 1e-7  # of the largest torque by the object, beyond which a motion is not idle
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,22 +38,30 @@ class Tangent:
         K_oo - K_oj (K_jj + C^-1)^-1 K_jo = K_oo - K_oj (1 + C K_jj)^-1 C K_jo
         """
         n, C = len(compliance), np.diag(compliance)
-        return self._without(np.eye(n) + C @ self.matrix[:n, :n], C @ self.matrix[:n, n:])
+        return self._without(np.linalg.solve(np.eye(n) + C @ self.matrix[:n, :n], C @ self.matrix[:n, n:]))
 
     def with_torques(self) -> Array | None:
         """The same if the joints are held by what is in K already, K_oo - K_oj K_jj^-1 K_jo.
 
-        None if some motion of the joints needs no torque.
+        Motions of the joints alone that need neither torque nor wrench are left where they are. None if the object has
+        no rest beside the state: some motion of the joints that needs no torque moves it.
         """
         n = len(self.matrix) - 6
-        held = self.matrix[:n, :n]
-        values = np.linalg.svd(held, compute_uv=False)
-        return None if values[-1] <= _LEAST * values[0] else self._without(held, self.matrix[:n, n:])
+        held, by_object, on_object = self.matrix[:n, :n], self.matrix[:n, n:], self.matrix[n:, :n]
+        left, values, right = np.linalg.svd(held)
+        idle = values <= _LEAST * values[0]
+        loads = max(
+            np.abs(left[:, idle].T @ by_object).max(initial=0.0), np.abs(on_object @ right[idle].T).max(initial=0.0)
+        )
+        if loads > _IDLE * np.abs(by_object).max():
+            return None
+        return self._without(np.linalg.pinv(held, rcond=_LEAST) @ by_object)
 
-    def _without(self, joints: Array, by_object: Array) -> Array:
-        n = len(joints)
-        left: Array = self.matrix[n:, n:] - self.matrix[n:, :n] @ np.linalg.solve(joints, by_object)
-        return left
+    def _without(self, motion: Array) -> Array:
+        """The object's share, the joints moving by so much for each displacement of it, with the other sign."""
+        n = len(motion)
+        found: Array = self.matrix[n:, n:] - self.matrix[n:, :n] @ motion
+        return found
 
 
 def tangent(plant: Plant, state: State, feedback: Array | None = None) -> Tangent:

@@ -99,7 +99,7 @@ def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:
 
 
 def held_sample(recording: Recording, time: float) -> HeldStart:
-    """The sample of a run that is nearest to a time, asked to stay at what the reference asks for there; see `held_end`.
+    """The sample of a run nearest to a time, asked to stay at what the reference asks for there; see `held_end`.
 
     Args:
         recording: with at least one sample.
