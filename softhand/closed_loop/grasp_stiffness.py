@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand.closed_loop.feedback import differentiate
+from softhand.closed_loop.feedback import Feedback, differentiate
 from softhand.closed_loop.object_tangent import about_couples, inverse, length_of, principal, tangent
 from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start
 from softhand.errors import ControllerError, GraspError, ScenarioError
@@ -48,14 +48,15 @@ class GraspStiffness(Record):
         position: origin of the object in the world [m].
         length: by which moments count as forces, the root of the mean squared distance of its mass from its centre [m].
         unbalanced: wrench of contacts, supports and gravity on the object [N, N m], zero at rest, shape (6,).
+        torque_left: what the controller asks of each joint there beyond what keeps it at rest [N m or N], shape (n,).
         time: of the sample of a run [s]; 0 for the start.
     """
 
     units: ClassVar = {
         "stiffness": "N/m, N; N, N m/rad", "compliance": "m/N, 1/N; 1/N, rad/(N m)", "translation": "N/m",
         "translation_directions": "1", "rotation": "N m/rad", "rotation_directions": "1",
-        "joint_stiffness": "N m/rad, N/m", "position": "m", "length": "m", "unbalanced": "N, N m", "time": "s",
-        "asymmetry": "1",
+        "joint_stiffness": "N m/rad, N/m", "position": "m", "length": "m", "unbalanced": "N, N m",
+        "torque_left": "N m, N", "time": "s", "asymmetry": "1",
     }  # fmt: skip
 
     stiffness: Array
@@ -70,6 +71,7 @@ class GraspStiffness(Record):
     position: Array
     length: float
     unbalanced: Array
+    torque_left: Array
     time: float = 0.0
 
     @property
@@ -114,6 +116,12 @@ class GraspStiffness(Record):
         if np.max(np.abs(self.unbalanced / np.repeat([1.0, self.length], 3))) > _MOVING:
             force, moment = np.linalg.norm(self.unbalanced[:3]), np.linalg.norm(self.unbalanced[3:])
             found.append(f"The object is not at rest there: {force:.3g} N and {moment:.3g} N m are left on it.")
+        left = np.max(np.abs(self.torque_left))
+        if left > _MOVING:
+            found.append(
+                f"The joints do not rest there under the controller, whose torques are off by up to {left:.3g} N m; "
+                "simulate until they do, and look at the recording."
+            )
         return found
 
 
@@ -152,9 +160,13 @@ def grasp_stiffness(
             f"no fingertip touches the object at t = {start.time:g} s: nothing holds it; {remedy}.",
             finger="", quantity="force", value=0.0,
         )  # fmt: skip
+    torque_left = np.zeros(world.n_joints)
     if springs is None:
-        found, words = tangent(plant, still, _feedback(start, still)), f"joints held by the controller {_name(start)}"
-        stiffness, springs = _require(found.with_torques(), _name(start)), np.full(world.n_joints, np.nan)
+        name = plugin_name("controllers", type(start.controller))
+        control = differentiate(start.controller, start.probe, still, start.period)
+        found, words = tangent(plant, still, _settled(control, name)), f"joints held by the controller {name}"
+        stiffness, springs = _require(found.with_torques(), name), np.full(world.n_joints, np.nan)
+        torque_left = control.torque - found.held
     else:
         found, words = tangent(plant, still), "joints held by springs"
         stiffness = found.with_joints(1.0 / springs)
@@ -172,6 +184,7 @@ def grasp_stiffness(
         position=np.array(world.object_position(state.q)),
         length=length,
         unbalanced=found.unbalanced,
+        torque_left=torque_left,
         time=start.time,
     )
 
@@ -222,12 +235,11 @@ def _springs(joints: str | float | Sequence[float], names: Sequence[str]) -> Arr
     return np.broadcast_to(values, len(names)).copy()
 
 
-def _feedback(start: HeldStart, state: State) -> Array:
-    """Torques of the controller by the state, its memory where it comes to rest, shape (n, s)."""
-    found, name = differentiate(start.controller, start.probe, state, start.period), _name(start)
-    if found.is_smooth:
-        return found.by_state
-    moving = np.eye(len(found.memory_by_memory)) - found.memory_by_memory
+def _settled(control: Feedback, name: str) -> Array:
+    """Torques of a controller by the state, its memory where it comes to rest, shape (n, s)."""
+    if control.is_smooth:
+        return control.by_state
+    moving = np.eye(len(control.memory_by_memory)) - control.memory_by_memory
     values = np.linalg.svd(moving, compute_uv=False)
     if values[-1] <= _SUM * values[0]:
         raise ControllerError(
@@ -235,11 +247,8 @@ def _feedback(start: HeldStart, state: State) -> Array:
             "give `joints` stiffnesses, or take a controller without an integral.",
             controller=name,
         )
-    return found.by_state + found.by_memory @ np.linalg.solve(moving, found.memory_by_state)
-
-
-def _name(start: HeldStart) -> str:
-    return plugin_name("controllers", type(start.controller))
+    by_state: Array = control.by_state + control.by_memory @ np.linalg.solve(moving, control.memory_by_state)
+    return by_state
 
 
 def _direction(row: Array) -> str:

@@ -27,10 +27,12 @@ class Tangent:
     Attributes:
         matrix: K, shape (n + 6, n + 6).
         unbalanced: wrench of contacts, supports and gravity on the object at the state, zero at rest, shape (6,).
+        held: torques that keep the joints at rest there [N m or N], shape (n,).
     """
 
     matrix: Array
     unbalanced: Array
+    held: Array
 
     def with_joints(self, compliance: Array) -> Array:
         """What the object needs if each joint is held by a spring [rad/(N m)], shape (n,): of 6 x 6; zeros are locks.
@@ -55,7 +57,8 @@ class Tangent:
         )
         if loads > _IDLE * np.abs(by_object).max():
             return None
-        return self._without(np.linalg.pinv(held, rcond=_LEAST) @ by_object)
+        motion: Array = np.linalg.pinv(held, rcond=_LEAST) @ by_object
+        return self._without(motion)
 
     def _without(self, motion: Array) -> Array:
         """The object's share, the joints moving by so much for each displacement of it, with the other sign."""
@@ -89,7 +92,8 @@ def tangent(plant: Plant, state: State, feedback: Array | None = None) -> Tangen
     K = values[:, 2 * nv :] @ np.linalg.solve(rates[:, 2 * nv :], rates[:, :nv]) - values[:, :nv]
     R = world.object_rotation(state.q)
     K[:, n : n + 3], K[:, n + 3 :] = K[:, n : n + 3] @ R.T, K[:, n + 3 :] @ R.T
-    return Tangent(K, forces(state)[n:nv])
+    left = forces(state)
+    return Tangent(K, left[n:nv], -left[:n])
 
 
 def inverse(stiffness: Array, length: float) -> Array:
