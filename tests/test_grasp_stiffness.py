@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import run_command
 from numpy.testing import assert_allclose
 from test_attitude import TURNS, turned
 from test_closed_loop import Delayed, Slow
@@ -299,3 +300,31 @@ def test_it_can_be_read_by_people_and_programs():
     assert table["names"][3] == "turn about x" and table["joint_stiffness"] == [5.0] * 9
     assert f"{1e-3 * found.translation[0]:.4g} N/mm" in repr(found)
     assert "rotation, stiffest" in found._repr_html_() and "joints held by springs" in found._repr_html_()
+
+
+def test_the_command_prints_the_principal_stiffnesses(tmp_path):
+    found = softhand.grasp_stiffness(load_scenario("target-a"), joints=20.0)
+    shown = run_command("grasp", "--stiffness", "--joints", "20", folder=tmp_path, width=120)
+    assert shown.returncode == 0
+    for _, value, direction in found.rows():
+        assert value in shown.stdout and direction in shown.stdout
+    table = json.loads(run_command("grasp", "--stiffness", "--json", folder=tmp_path).stdout)
+    assert table["margin"] > 0.0
+    assert_allclose(table["stiffness"]["stiffness"], softhand.grasp_stiffness(load_scenario("target-a")).stiffness)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--joints", "3"], "--joints: is for --stiffness"),
+        (["--stiffness", "--joints", "lokced"], "did you mean 'locked'"),
+        (["grasp-and-lift", "--stiffness"], "no fingertip touches"),
+        (["finger-only", "--stiffness", "--joints", "controller"], "sum over time"),
+    ],
+)
+def test_the_command_refuses_in_one_line(arguments, words, tmp_path):
+    result = run_command("grasp", *arguments, folder=tmp_path)
+    assert result.returncode == 1 and words in result.stderr
+    assert (
+        sum(line.startswith("error: ") for line in result.stderr.splitlines()) == 1 and "Traceback" not in result.stderr
+    )
