@@ -47,7 +47,8 @@ def results() -> dict[str, Any]:
 
 
 NAMES = ["stability", "linearize", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
-         "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps", "place_object"]  # fmt: skip
+         "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
+         "place_object"]  # fmt: skip
 
 
 def forbidden(text: str) -> float:

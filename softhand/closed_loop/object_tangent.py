@@ -40,8 +40,8 @@ class Tangent:
         K_oo - K_oj (K_jj + C^-1)^-1 K_jo = K_oo - K_oj (1 + C K_jj)^-1 C K_jo
         """
         n, C = len(compliance), np.diag(compliance)
-        motion: Array = np.linalg.solve(np.eye(n) + C @ self.matrix[:n, :n], C @ self.matrix[:n, n:])
-        return self._without(motion)
+        series: Array = np.eye(n) + C @ self.matrix[:n, :n]
+        return self._without(np.asarray(np.linalg.solve(series, C @ self.matrix[:n, n:])))
 
     def with_torques(self) -> Array | None:
         """The same if the joints are held by what is in K already, K_oo - K_oj K_jj^-1 K_jo.
