@@ -26,6 +26,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
     from softhand.checks.check import check as check
+    from softhand.closed_loop.grasp_stiffness import GraspStiffness as GraspStiffness
+    from softhand.closed_loop.grasp_stiffness import grasp_stiffness as grasp_stiffness
     from softhand.closed_loop.linearize import LinearModel as LinearModel
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
@@ -98,6 +100,7 @@ _HOMES = {
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),
+    "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
     "closed_loop.stability": ("Stability", "stability"),

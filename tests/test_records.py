@@ -40,13 +40,15 @@ def results() -> dict[str, Any]:
             "check urdf": softhand.check(resolve_path("package://softhand/urdf/three_finger_hand.urdf")),
             "grasp_quality": softhand.grasp_quality(scenario),
             "grasp_quality far": softhand.grasp_quality(load_scenario("target-a", {"object.position": [0, 0, 0.3]})),
+            "grasp_stiffness": softhand.grasp_stiffness(scenario, joints="controller"),
             "propose_grasps": softhand.propose_grasps(scenario, count=1, points=80),
             "place_object": softhand.place_object(load_scenario("pinch"), span=0.002),
         }
 
 
 NAMES = ["stability", "linearize", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
-         "check urdf", "grasp_quality", "grasp_quality far", "propose_grasps", "place_object"]  # fmt: skip
+         "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
+         "place_object"]  # fmt: skip
 
 
 def forbidden(text: str) -> float:

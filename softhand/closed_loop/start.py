@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand.assembly.parts import read_controller, read_start
 from softhand.assembly.plant import read_grasp, read_supports, read_world
-from softhand.assembly.probe import Probe, recorded_scenario, recorded_state
+from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
 from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
@@ -95,9 +95,31 @@ def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:
     if begin is not None:
         speed = np.max(np.abs(recording.joint_velocity), axis=1)
         k = int(np.argmin(np.where(recording.time >= begin, speed, np.inf)))
-    time = float(recording.time[k])
-    state = recorded_state(Plant(setup.world, setup.fingertips, setup.supports), recording, k)
-    held = held_at(setup, goal_of(motion.update(time)), state, time)
+    return _held(recording, setup, k)
+
+
+def held_sample(recording: Recording, time: float) -> HeldStart:
+    """The sample of a run nearest to a time, asked to stay at what the reference asks for there; see `held_end`.
+
+    Args:
+        recording: with at least one sample.
+        time: within it [s].
+
+    Raises:
+        RecordingError: it does not reach to that time, or its scenario cannot be read.
+    """
+    if not len(recording) or not recording.time[0] <= time <= recording.time[-1]:
+        reach = f"goes from {recording.time[0]:g} to {recording.time[-1]:g} s" if len(recording) else "has no samples"
+        raise RecordingError(f"at: got {time:g} s, but the recording {reach}.", file=None)
+    k = int(np.argmin(np.abs(recording.time - time)))
+    return _held(recording, resolve(recorded_scenario(recording)), k)
+
+
+def _held(recording: Recording, setup: Setup, k: int) -> HeldStart:
+    plant, time = Plant(setup.world, setup.fingertips, setup.supports), float(recording.time[k])
+    check_states(plant, recording)
+    desired = setup.reference.start(read_start(setup.scenario)).update(time)
+    held = held_at(setup, goal_of(desired), recorded_state(plant, recording, k), time)
     relax_memory(held.probe.plant, held.state)
     return held
 

@@ -13,15 +13,17 @@ from softhand.commands.console import Printer, progress, say, say_compiling
 from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set, Stepper
 from softhand.commands.places import check_figure, check_new, figure_of, name_of, write_text
 from softhand.commands.scenarios import parse_changes, scenario_file, with_options
-from softhand.errors import GraspError, SofthandError
+from softhand.errors import ControllerError, GraspError, SofthandError
+from softhand.numerics.record import Record, plain
 
 if TYPE_CHECKING:
+    from softhand.closed_loop.grasp_stiffness import GraspStiffness
     from softhand.grasping.proposals import Proposals
     from softhand.scenario.scenario import Scenario
 
 
 @command(
-    "softhand grasp target-a --set object.mass=0.3; "
+    "softhand grasp target-a --stiffness --set object.mass=0.3; "
     "softhand grasp my.toml --place --propose --write held.toml && softhand simulate held.toml"
 )
 def grasp(
@@ -36,6 +38,15 @@ def grasp(
     propose: Annotated[bool, typer.Option("--propose", help="Search for contact points that hold the object.")] = False,
     count: Annotated[int, typer.Option(metavar="N", min=1, max=100, help="Most proposals.")] = 5,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the search.")] = 0,
+    stiffness: Annotated[
+        bool, typer.Option("--stiffness", help="Also how stiff the object is held: what small displacements need.")
+    ] = False,
+    joints: Annotated[
+        str,
+        typer.Option(
+            metavar="JOINTS", help="With --stiffness: locked, controller, or the stiffness of their springs [N m/rad]."
+        ),
+    ] = "locked",
     write: Annotated[
         Path | None,
         typer.Option(
@@ -49,11 +60,14 @@ def grasp(
 ) -> None:
     """Show how good the grasp at the start is, or propose others.
 
-    Reach, friction, force closure and the least internal forces, finger by finger. With --propose the scenario needs no
+    Reach, friction, force closure and the least internal forces, finger by finger; with --stiffness the principal
+    stiffnesses of the held object, the softest first. With --propose the scenario needs no
     contact points and no internal forces. Exit code 1 where there is no grasp at rest; what is known of it is shown all
     the same.
     """
     check_figure(out)
+    if joints != "locked" and not stiffness:
+        raise SofthandError("--joints: is for --stiffness; add it.", value=joints)
     if write is not None:
         _check_write(write, place or propose)
     from softhand.scenario.scenario import load_scenario
@@ -77,22 +91,43 @@ def grasp(
         with progress("searching for grasps", 1.0, quiet) as report:
             proposals = propose_grasps(chosen, count, seed, progress=report)
         chosen, quality, title = proposals[0].scenario, proposals[0].quality, f"Best proposal for {name}"
-        printer.json(proposals)
+        result: Record = proposals
         _print_proposals(proposals, printer)
     else:
         quality, title = grasp_quality(chosen), f"Grasp of {name}"
-        printer.json(quality)
+        result = quality
+    held, refusal = _stiffness(chosen, joints) if stiffness and not quality.refusal else (None, quality.refusal)
+    printer.json({**plain(result), "stiffness": held} if held else result)
     header, *rows = quality.finger_rows()
     printer.table(title, rows, header)
     printer.table("the grasp as a whole", quality.rows())
+    if held:
+        printer.table("stiffness of the held object", held.rows(), held.header, " ".join(held.notes()))
     target = figure_of(scenario, "grasp", out)
     save_figure(draw_grasp(quality, title), target)
     printer.say(f"wrote {target}")
-    if quality.refusal is not None:
-        raise quality.refusal
+    if refusal is not None:
+        raise refusal
     if write is not None:
         _write(chosen, f"{title}, margin {quality.margin:.3f} N per newton of normal force", write)
         printer.say(f"wrote {write}: softhand simulate {write}")
+
+
+def _stiffness(scenario: Scenario, joints: str) -> tuple[GraspStiffness | None, SofthandError | None]:
+    """The stiffness of the held object, or why it has none."""
+    from softhand.closed_loop.grasp_stiffness import grasp_stiffness
+
+    try:
+        return grasp_stiffness(scenario, joints=_number(joints)), None
+    except (GraspError, ControllerError) as error:
+        return None, error
+
+
+def _number(joints: str) -> str | float:
+    try:
+        return float(joints)
+    except ValueError:
+        return joints
 
 
 def _check_write(file: Path, finds: bool) -> None:
