@@ -186,7 +186,7 @@ def test_it_is_the_derivative_of_the_simulation(name: str, seed: int) -> None:
     compare(name, *random_state(name, seed))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2, 7))
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_it_is_the_derivative_at_many_states(name: str, seed: int) -> None:

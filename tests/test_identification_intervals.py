@@ -166,7 +166,7 @@ LAWS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS[:4])
 @pytest.mark.parametrize("name", LAWS)
 def test_intervals_hold_in_many_experiments(name, kind):
