@@ -14,11 +14,11 @@ from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins,
 from softhand.commands.places import check_figure, check_new, figure_of, name_of, write_text
 from softhand.commands.scenarios import parse_changes, scenario_file, with_options
 from softhand.errors import ControllerError, GraspError, SofthandError
-from softhand.numerics.record import Record, plain
 
 if TYPE_CHECKING:
     from softhand.closed_loop.grasp_stiffness import GraspStiffness
     from softhand.grasping.proposals import Proposals
+    from softhand.numerics.record import Record
     from softhand.scenario.scenario import Scenario
 
 
@@ -97,7 +97,12 @@ def grasp(
         quality, title = grasp_quality(chosen), f"Grasp of {name}"
         result = quality
     held, refusal = _stiffness(chosen, joints) if stiffness and not quality.refusal else (None, quality.refusal)
-    printer.json({**plain(result), "stiffness": held} if held else result)
+    if held:
+        from softhand.numerics.record import plain
+
+        printer.json({**plain(result), "stiffness": held})
+    else:
+        printer.json(result)
     header, *rows = quality.finger_rows()
     printer.table(title, rows, header)
     printer.table("the grasp as a whole", quality.rows())
