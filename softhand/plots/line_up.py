@@ -11,6 +11,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from softhand.numerics.arrays import Array
 from softhand.plots.panels import draw_note, draw_title, finish, from_top, new_figure, panel, power_of_ten
@@ -29,6 +30,9 @@ _NOTE = (
     "logarithmic for errors; the number is the value at the end. Good is low: errors that fall to nothing, friction "
     "use below the dashed 1, above which a tip slips. A cross marks where an incomplete run stopped."
 )
+
+_HALO = withStroke(linewidth=2.5, foreground="white")
+"""Around a number, where curves pass below it."""
 
 
 class Lined(NamedTuple):
@@ -126,7 +130,8 @@ def _draw_run(axes: Axes, run: Lined, line: Array, last: float, color: str) -> N
         axes.plot(*line[-1:].T, "x", color=WARNING, ms=6, mew=2, clip_on=False, zorder=ON_TOP)
     share = line[-1, 1] % 1.0
     axes.annotate(f"{last:.2g}", line[-1], (-2.0, 3.0 if share < 0.5 else -3.0), textcoords="offset points", size=7.5,
-                  color=color, ha="right", va="bottom" if share < 0.5 else "top", zorder=ON_TOP)  # fmt: skip
+                  color=color, ha="right", va="bottom" if share < 0.5 else "top", zorder=ON_TOP,
+                  path_effects=[_HALO])  # fmt: skip
 
 
 def _scale_of(curves: Sequence[Array], is_logarithmic: bool) -> _Scale:
