@@ -24,6 +24,10 @@ main()
 """
 
 
+VIEWERS = ("meshcat", "tornado")
+"""Dependencies that the main job does without."""
+
+
 def is_wanted() -> bool:
     """Whether wheels are to have machine code."""
     return os.environ.get("SOFTHAND_MACHINE_CODE") != "0"
@@ -34,7 +38,8 @@ class MachineCodeHook(BuildHookInterface):
 
     def dependencies(self) -> list[str]:
         """What the main job needs while the wheel is built."""
-        return self.metadata.core.dependencies if is_wanted() else []
+        needed = [name for name in self.metadata.core.dependencies if not name.startswith(VIEWERS)]
+        return needed if is_wanted() else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called before the wheel is written."""
