@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -389,6 +390,49 @@ def test_gains_are_parameters_of_the_loop() -> None:
     assert model.closed is not None
     np.testing.assert_array_equal(model.E, 0.0)
     np.testing.assert_allclose(model.closed.E[:39, 0], model.B @ -state.v[:9], atol=1e-9 * np.abs(model.B).max())
+
+
+class _Commanded(softhand.Controller):
+    """The law of a scenario, and something added to its command."""
+
+    added: tuple[float, ...]
+
+    def torque(self, observation: softhand.Observation, memory: Any) -> tuple[np.ndarray, Any]:
+        return LOOP_LAW.torque(observation, memory)[0] + self.added, memory
+
+
+LOOP_LAW = softhand.controllers.Regulation(K_v=2.0)
+
+
+def test_what_is_added_to_a_command_that_is_cut_does_nothing(tmp_path: Path) -> None:
+    """B of the loop against runs whose command is moved: the columns of the limited joints are zero, the others not."""
+    urdf = (Path(softhand.__file__).parents[1] / "urdf/three_finger_hand.urdf").read_text()
+    (tmp_path / "weak.urdf").write_text(urdf.replace('effort="2"', 'effort="0.45"'))
+    scenario = load_scenario(
+        "hold", {"hand.urdf": str(tmp_path / "weak.urdf"), "controller": {"name": "regulation", "K_v": 2.0}}
+    )
+    start = softhand.build(scenario).save()
+    v = start.v + np.concatenate([0.05 * np.random.default_rng(2).standard_normal(9), np.zeros(6)])
+    state = State(start.q, v, start.z)
+    model = linearize(scenario, state=state, closed=True)
+    assert model.closed is not None
+    limited = {switch.where for switch in model.switches if switch.what == "effort limit"}
+    assert 0 < len(limited) < 9
+
+    def end(added: np.ndarray) -> np.ndarray:
+        simulation = softhand.build(scenario, _Commanded(added=tuple(added)))
+        simulation.reset(state)
+        simulation.sample()
+        simulation.step()
+        return simulation.state.v.copy()
+
+    h = 1e-3
+    for j, name in enumerate(model.inputs):
+        way = h * np.eye(9)[j]
+        expected = (end(way) - end(-way)) / (2.0 * h)
+        nv = len(expected)
+        np.testing.assert_allclose(model.closed.B[nv : 2 * nv, j], expected, atol=1e-4 * np.abs(model.B).max())
+        assert np.any(model.closed.B[:, j]) == (name not in limited)
 
 
 @pytest.mark.parametrize(("x", "expected", "crossed"), [(0.0, -1.0, 1), (0.5, 1.0, 0), (1e-5, 1.0, 1)])

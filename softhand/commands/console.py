@@ -115,8 +115,8 @@ _BREAK = re.compile(r"\n\s+")
 
 def say_compiling(quiet: bool) -> None:
     """Say so if kernels have to be compiled for more than two seconds."""
-    if not quiet:
-        tell_of_compiling(lambda: say("Compiling kernels for this kind of hand, object and law, once ...", error=True))
+    words = "Compiling kernels for this kind of hand, object and law, once ..."
+    tell_of_compiling(None if quiet else lambda: say(words, error=True))
 
 
 @contextmanager

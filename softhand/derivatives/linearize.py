@@ -255,9 +255,10 @@ class _Work:
 
         places, by_memory = follow(said, n, column)
         said, by_memory, by_p = said.copy(), by_memory.copy(), by_p.copy()
+        B, D = B.copy(), D.copy()
         command = self.observer.at(np.array([-1]), np.zeros(1))[0][0, y : y + n]
-        for j in np.flatnonzero(np.abs(command) > self.observer.effort_limit):
-            said[j], by_memory[j], by_p[j] = 0.0, 0.0, 0.0
+        for j in np.flatnonzero(np.abs(command) > self.observer.effort_limit):  # nothing that is commanded arrives
+            said[j], by_memory[j], by_p[j], B[:, j], D[:, j] = 0.0, 0.0, 0.0, 0.0, 0.0
             self.switches.append(Switch(self.inputs.names[j], "effort limit", "limited"))
         K = np.hstack([said[:n], by_memory[:n]])
         rows, m = n + places, len(places)

@@ -25,7 +25,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^from softhand\.([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-_IS_KERNEL = re.compile(r"^ *@(?:compiled|intrinsic)|kernel_folder\(", re.MULTILINE)
+_IS_KERNEL = re.compile(r"^ *@(?:compiled|inlined|intrinsic)|kernel_folder\(", re.MULTILINE)
+
+
+_MAKERS = ("numerics.compiled", "numerics.inlined", "numerics.linking")
+"""What kernels are compiled by, and with which options."""
 
 
 @cache
@@ -48,7 +52,7 @@ def _digest(module: str) -> str:
     """Of numba and of all that the kernels of a module are made of; for a module of others, of the whole package."""
     found: set[str] = set()
     waiting = (
-        [module]
+        [module, *_MAKERS]
         if _parts(module)[0]
         else [".".join(file.relative_to(_PACKAGE).with_suffix("").parts) for file in _PACKAGE.rglob("*.py")]
     )
@@ -65,14 +69,15 @@ def _digest(module: str) -> str:
 
 @cache
 def kernels_of(module: str) -> Path:
-    """The folder of the machine code of a module, by its dotted name below the package."""
+    """The folder of the machine code of a module, by its `__name__` or its dotted name below the package."""
+    module = module.removeprefix("softhand.")
     return own_folder(f"{module.rpartition('.')[2]}-{_digest(module)}")
 
 
 @contextmanager
 def kernel_folder(module: str) -> Iterator[None]:
     """Decorate inside this context to keep what numba compiles for a module, by its `__name__`."""
-    with kept_in(kernels_of(module.removeprefix("softhand."))):
+    with kept_in(kernels_of(module)):
         yield
 
 
@@ -83,5 +88,10 @@ def compiled(function: F) -> F:
     references, which takes a tenth of a step and a third of an observation; it must return no array.
     """
     allocates = not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
-    folder = kernels_of(function.__module__.removeprefix("softhand."))
-    return cast(F, kernel(function, folder, error_model="numpy", fastmath={"contract"}, _nrt=allocates))
+    return made(function, _nrt=allocates)
+
+
+def made(function: F, **options: bool) -> F:
+    """A kernel with further options of numba; arithmetic and place on disk are the same for all."""
+    folder = kernels_of(function.__module__)
+    return cast(F, kernel(function, folder, error_model="numpy", fastmath={"contract"}, **options))

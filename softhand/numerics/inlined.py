@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
-from softhand.numerics.compiled import kernels_of
-from softhand.numerics.linking import kernel
+from softhand.numerics.compiled import made
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def inlined(function: F) -> F:
     """As `compiled`, for a short function that is called at few places; it makes no arrays."""
-    folder = kernels_of(function.__module__.removeprefix("softhand."))
-    return cast(F, kernel(function, folder, error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True))
+    return made(function, _nrt=False, forceinline=True)

@@ -1,7 +1,8 @@
 """Machine code on disk: where it lies, and files that are known to be whole.
 
-Code from disk is run, so it is read only from a folder that nobody else can write to, and only if it is what was
-written there: each file carries a digest. What is damaged is made anew, what cannot be written stays in memory.
+Code from disk is run, so it is read only from the package itself and from a folder that nobody else can write to, and
+only if it is what was written there: each file carries a digest. What is damaged is made anew, what cannot be written
+stays in memory.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -137,8 +139,8 @@ class Keeper(caching._Cache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep one, unless it holds addresses of this process."""
-        if data.library.has_dynamic_globals:
+        """Keep one, unless it holds addresses of this process or needs more than to be loaded."""
+        if data.library.has_dynamic_globals or data.reload_init:
             return
         try:
             self._file.save(self._key(sig, data.target_context), self._kind.reduce(self, data))
@@ -181,8 +183,8 @@ def _stamp(function: Any) -> Any:
 
 
 def _name_of(value: Any) -> Any:
-    """An enclosed value, as text that is the same in each process."""
-    if str(getattr(value, "__module__", "")).startswith("softhand."):
+    """An enclosed value, as text that is the same in each process; the folder tells states of functions of softhand."""
+    if isinstance(value, FunctionType) and value.__module__.startswith("softhand."):
         return value.__module__, value.__qualname__
     return hashlib.sha256(caching.dumps(value)).hexdigest()
 

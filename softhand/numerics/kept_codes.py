@@ -34,7 +34,7 @@ class KeptCodes:
         self._key = text, processor(), _makers()
         self._file = None
         if module.startswith("softhand."):
-            folder = kernels_of(module.removeprefix("softhand."))
+            folder = kernels_of(module)
             self._file = File(folder, "straight")
 
     def found(self) -> Any:

@@ -63,7 +63,7 @@ class _Part(JITCodeLibrary):
 
 
 class _KeptPart:
-    """How a part is kept on disk: as bitcode, which fits every processor of this kind."""
+    """How a part is kept on disk: as bitcode, from which what calls it is made."""
 
     @staticmethod
     def reduce(_: Any, result: Any) -> Any:
@@ -107,19 +107,15 @@ class _KeptWhole:
         library._set_compiled_object(code)
         library._finalize_final_module()
         codegen._engine._defined_symbols.update(made)
-        return _rebuilt(target_context, library, *rest)
-
-
-def _rebuilt(context: Any, library: Any, description: Any, environment: Any, signature: Any, *rest: Any) -> Any:
-    *_, referenced = rest
-    entry = context.get_executable(library, description, environment)
-    for one in referenced:
-        library.codegen.set_env(one.env_name, one)
-    return compiler.compile_result(
-        typing_context=context.typing_context, target_context=context, library=library, environment=environment,
-        entry_point=entry, fndesc=description, signature=signature, objectmode=False, lifted=(),
-        reload_init=(), referenced_envs=referenced,
-    )  # fmt: skip
+        description, environment, signature, *_, referenced = rest
+        entry = target_context.get_executable(library, description, environment)
+        for one in referenced:
+            codegen.set_env(one.env_name, one)
+        return compiler.compile_result(
+            typing_context=target_context.typing_context, target_context=target_context, library=library,
+            environment=environment, entry_point=entry, fndesc=description, signature=signature, objectmode=False,
+            lifted=(), reload_init=(), referenced_envs=referenced,
+        )  # fmt: skip
 
 
 class Kernel(CPUDispatcher):
@@ -158,10 +154,8 @@ class Kernel(CPUDispatcher):
 
     def get_overload(self, sig: Any) -> Any:
         """What numba has to look up in order to call the part."""
-        if self._is_plain:
-            return super().get_overload(sig)
         args, _ = sigutils.normalize_signature(sig)
-        return self, tuple(args)
+        return (self, tuple(args)) if tuple(args) in self._parts else super().get_overload(sig)
 
     def _part(self, args: Any) -> Any:
         if args in self._parts:

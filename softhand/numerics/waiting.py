@@ -12,8 +12,8 @@ _waited = 0.0
 _last = monotonic()
 
 
-def tell_of_compiling(tell: Callable[[], None]) -> None:
-    """Call `tell` once, as soon as compiling has taken more than two seconds."""
+def tell_of_compiling(tell: Callable[[], None] | None) -> None:
+    """Call `tell` once, as soon as compiling has taken more than two seconds; None: nobody wants to know."""
     global _tell
     _tell = tell
 
