@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.target import doubts_of_target
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioWarning
 from softhand.laws.law import Law
@@ -19,8 +19,6 @@ from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
 from softhand.simulation.simulation import Progress, Simulation
-
-_DOUBTS = "softhand.checks.target"  # by name, since it lies above
 
 
 def build(
@@ -108,6 +106,6 @@ def simulate(
         ScenarioWarning: the fingers cannot get to where the reference asks for the object.
     """
     setup = resolve(as_scenario(scenario, overrides, **values), controller, law)
-    for doubt in import_module(_DOUBTS).doubts_of_target(setup):
+    for doubt in doubts_of_target(setup):
         warnings.warn(doubt, ScenarioWarning, stacklevel=2)
     return assemble(setup).run(progress)

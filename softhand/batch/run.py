@@ -111,7 +111,6 @@ class CompiledRun:
         scenario = setup.asked
         self._setup, self._keep, self._asked = setup, keep, asked
         self._asked_for: Any = None
-        self._tables: dict[tuple[int, int], Array] = {}
         self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
         self._follow(setup)
@@ -199,7 +198,6 @@ class CompiledRun:
         asked = setup.reference, start.row().tobytes()
         if self._asked_for != asked:
             self._asked_for, self._start, self._motion = asked, start, setup.reference.start(start)
-            self._tables.clear()
 
     def _forget(self) -> None:
         """The observation of the start belongs to no step."""
@@ -249,10 +247,8 @@ class CompiledRun:
 
     def _table(self, first: int, last: int) -> Array:
         """What is asked for in these control periods."""
-        if (first, last) not in self._tables:
-            reference, period = self._setup.reference, self._setup.asked.control_period
-            self._tables[first, last] = self._asked.rows(reference, self._start, self._motion, period, first, last)
-        return self._tables[first, last]
+        reference, period = self._setup.reference, self._setup.asked.control_period
+        return self._asked.rows(reference, self._start, self._motion, period, first, last)
 
     def _time(self) -> float:
         """Of the last sample without fault [s]."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
-from softhand.checks.target import doubts_of_target
+from softhand.assembly.target import doubts_of_target
 from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane

@@ -142,8 +142,8 @@ def _prepare(scenario: Scenario, quiet: bool) -> tuple[Setup, Simulation, Growin
     """Everything that a run needs; what is doubtful is told before it begins."""
     from softhand.assembly.build import assemble
     from softhand.assembly.resolve import resolve
+    from softhand.assembly.target import doubts_of_target
     from softhand.checks.scenario import doubts_of_start
-    from softhand.checks.target import doubts_of_target
     from softhand.closed_loop.growing import growing
 
     setup = resolve(scenario)
