@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
 from softhand.plots.panels import draw_note, draw_title, finish, from_top, new_figure, panel, power_of_ten
@@ -96,7 +97,7 @@ def _draw_column(axes: Axes, runs: Sequence[Lined], k: int) -> None:
     scale = _scale_of(curves, is_logarithmic=k < 3)
     count = len(runs)
     lines = [
-        np.column_stack([run.time, scale(values)])[:: max(len(run.time) // _MOST_POINTS, 1)]
+        np.column_stack([run.time, scale(values)])[_some(len(run.time))]
         for run, values in zip(runs, curves, strict=True)
     ]
     axes.set_ylim(0.0, count)
@@ -115,6 +116,12 @@ def _draw_column(axes: Axes, runs: Sequence[Lined], k: int) -> None:
         if len(line):
             _draw_run(axes, run, _lifted(line, base), float(values[-1]), color)
     axes.set_yticks([height for height, _ in ends], [word for _, word in ends])
+
+
+def _some(count: int) -> NDArray[np.int64]:
+    """Samples that are drawn, the last one with them."""
+    every = np.arange(0, count, max(count // _MOST_POINTS, 1))
+    return np.append(every, count - 1) if count and every[-1] != count - 1 else every
 
 
 def _lifted(line: Array, base: float) -> Array:
