@@ -181,7 +181,7 @@ def test_the_csv_has_all_digits(rows: list[Row]) -> None:
 
 
 def test_the_figure_has_a_curve_a_run(rows: list[Row]) -> None:
-    """Four columns; in the first each run's curve is its error, on decades from a micrometre up, with a number at its end.
+    """Four columns; in the first each run has its error as a curve, on decades from a micrometre up, and as a number.
 
     The lowest decade stands 0.12 of a row above its foot, the highest 0.12 below its head.
     """
