@@ -33,7 +33,7 @@ class ClosedLoop(Record):
 
     Attributes:
         A: shape (s + m, s + m).
-        B: shape (s + m, n).
+        B: shape (s + m, n); zero for a command that an effort limit cuts, as in D.
         E: shape (s + m, p).
         C: shape (y, s + m).
         D: shape (y, n).
