@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from hands import HAND_URDF
 
 import softhand
 from softhand import Linearization, RecordingError, ScenarioError, Simulation, State, linearize, load_scenario
@@ -406,7 +407,7 @@ LOOP_LAW = softhand.controllers.Regulation(K_v=2.0)
 
 def test_what_is_added_to_a_command_that_is_cut_does_nothing(tmp_path: Path) -> None:
     """B of the loop against runs whose command is moved: the columns of the limited joints are zero, the others not."""
-    urdf = (Path(softhand.__file__).parents[1] / "urdf/three_finger_hand.urdf").read_text()
+    urdf = HAND_URDF.read_text()
     (tmp_path / "weak.urdf").write_text(urdf.replace('effort="2"', 'effort="0.45"'))
     scenario = load_scenario(
         "hold", {"hand.urdf": str(tmp_path / "weak.urdf"), "controller": {"name": "regulation", "K_v": 2.0}}
