@@ -31,6 +31,10 @@ class Loads(NamedTuple):
     gravity: Array
     """That the hand feels, in base axes [m/s^2], shape (loads, 3)."""
 
+    def some(self, which: Sequence[int]) -> Loads:
+        """Those of these numbers."""
+        return Loads(tuple(self.names[k] for k in which), self.wrenches[list(which)], self.gravity[list(which)])
+
 
 def loads_of(
     held: Held,

@@ -26,6 +26,7 @@ from softhand.holding.surface import facets, is_ellipse
 from softhand.numerics.arrays import Array
 
 _RANK = 1e-9  # of the largest singular value of G^f
+_PRICED = 1e-4  # of the largest multiplier
 _LARGEST = 1e6  # [N], beyond which a squeeze has no limit
 
 
@@ -130,10 +131,16 @@ class Program:
         found = self._solve(-self._normal_by_squeeze())
         return None if found is None or np.max(np.abs(found.force)) > _LARGEST else found
 
-    def load_factor(self) -> float:
-        """The largest factor on the wrenches of all loads with which some squeeze holds; NaN if even none holds."""
+    def load_factor(self) -> tuple[float, list[int]]:
+        """The largest factor on the wrenches of all loads with which some squeeze holds, and which loads limit it.
+
+        NaN and no load if no squeeze holds even without load.
+        """
         found = self._solve(np.zeros(self.held.basis.shape[1]), scaled="w", most=1e3)
-        return float("nan") if found is None else -found.value
+        if found is None:
+            return float("nan"), []
+        weights = np.linalg.norm(found.prices, axis=1)
+        return -found.value, np.flatnonzero(weights > _PRICED * np.max(weights)).tolist()
 
     def effort_factor(self) -> float:
         """The least factor on the effort limits with which some squeeze holds; infinite if none does."""

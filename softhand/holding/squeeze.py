@@ -25,6 +25,8 @@ _SETTLED = 1e-4  # of a lever
 _ROUNDS = 8
 _MOST_FRICTION = 10.0
 _HALVINGS = 18
+_ROUNDING = 1e-3
+_FEW = 12  # loads
 _TOLD = 4  # limits in the table
 
 
@@ -196,11 +198,12 @@ def squeeze_of(held: Held, loads: Loads, terms: Terms) -> Squeeze:
     if least is not None:
         forces[:, :, :3], forces[:, :, 3] = least.force.reshape(count, nc, 3), least.torsion
         torque = least.joint_torque
-    load_factor, least_effort = program.load_factor(), program.effort_factor() * terms.effort
+    (load_factor, binding), least_effort = program.load_factor(), program.effort_factor() * terms.effort
     if least is not None:
         load_factor, least_effort = max(load_factor, 1.0), min(least_effort, terms.effort)
-    least_friction = _least_friction(held, loads, terms)
-    refusal = None if least is not None else _refusal(held, loads, terms, load_factor, least_friction, least_effort)
+    least_friction = _least_friction(held, loads, terms, binding)
+    worst = loads.names[binding[0] if binding else 0]
+    refusal = None if least is not None else _refusal(held, worst, terms, load_factor, least_friction, least_effort)
     none = np.full(pairs, np.nan)
     return Squeeze(
         holds=least is not None,
@@ -241,28 +244,39 @@ def _settled(held: Held, loads: Loads, terms: Terms) -> tuple[Held, Program, Fou
     return held, program, least
 
 
-def _least_friction(held: Held, loads: Loads, terms: Terms) -> float:
-    """By halving: what holds with some mu holds with more."""
+def _least_friction(held: Held, loads: Loads, terms: Terms, binding: list[int]) -> float:
+    """By halving, with the loads that limit most, until those that they leave out are held as well.
 
-    def holds(mu: float) -> bool:
-        return Program(held.with_friction(mu), loads, terms).least() is not None
+    What holds with some mu holds with more.
+    """
+    few = len(loads.names) <= _FEW
+    chosen = set(range(len(loads.names)) if few else binding[:_FEW] or [0])
+    while True:
+        some, low, high = loads.some(sorted(chosen)), 0.0, _MOST_FRICTION
 
-    if not holds(_MOST_FRICTION):
-        return float("inf")
-    low, high = 0.0, _MOST_FRICTION
-    if holds(1.0):
-        high = 1.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high
+        def holds(mu: float, some: Loads = some) -> bool:
+            return Program(held.with_friction(mu), some, terms).least() is not None
+
+        if not holds(high):
+            return float("inf")
+        high = 1.0 if holds(1.0) else high
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if holds(middle) else (middle, high)
+        if len(chosen) == len(loads.names) or holds(high, loads):
+            return high
+        more = Program(held.with_friction(high), loads, terms).load_factor()[1]
+        before = len(chosen)
+        chosen |= set(more)
+        if len(chosen) == before:  # at the limit, where the halving ends
+            high *= 1.0 + _ROUNDING
+            return high if holds(high, loads) else float("nan")
 
 
-def _refusal(held: Held, loads: Loads, terms: Terms, factor: float, friction: float, effort: float) -> GraspError:
+def _refusal(held: Held, load: str, terms: Terms, factor: float, friction: float, effort: float) -> GraspError:
     """What is too much, and what would do."""
-    name = loads.names[0] if len(loads.names) == 1 else f"{len(loads.names)} loads, of which one is {loads.names[0]}"
     mu = f"{held.friction[0]:g}" if np.ptp(held.friction) == 0.0 else ", ".join(f"{one:g}" for one in held.friction)
-    found = f"no squeeze of {', '.join(held.tips)} holds: {name}"
+    found = f"no squeeze of {', '.join(held.tips)} holds: {load}"
     if terms.use < 1.0:
         found += f", with a margin of {1.0 - terms.use:.3g}"
     near = []
