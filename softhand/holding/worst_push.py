@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
+from softhand.assembly.build import simulate
 from softhand.batch.rollout import rollout
 from softhand.batch.runs import Runs
-from softhand.errors import GraspError, ScenarioError
+from softhand.closed_loop.start import HeldStart
+from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.holding.held import Held, held_there, look
 from softhand.holding.loads import directions
 from softhand.holding.response import linear_reach, response
@@ -26,17 +27,21 @@ Kind = Literal["force", "moment"]
 Profile = Literal["ramp", "step"]
 _KINDS, _PROFILES = ("force", "moment"), ("ramp", "step")
 _WAYS = {12: 0, 42: 1, 162: 2}
-_QUIET = 0.25  # [s] before a push
-_RAMP, _STAIRS, _REST = 1.0, 50, 0.1  # [s] of a ramp, and its steps; [s] behind it
+_PILOT = 2.0  # [s] without a push, after which the grasp is taken as at rest
+_QUIET = 0.05  # [s] before a push
+_RESTING = 0.01  # of the contact forces, within which the start is at rest
+_RAMP, _STAIRS, _REST = 0.6, 60, 0.3  # [s] of a ramp, and its steps; [s] behind it
 _STEP = 0.5  # [s] that a step lasts
 _EVERY = 0.005  # [s] between samples
-_FIRST = 1.6  # times the linear bound, up to which is pushed first
-_TURNS = 5  # of the search for the size of a step
+_FIRST = 1.5  # times the linear bound, up to which is pushed first
 _WIDER = 2.0
+_TRIES = 5
+_OF_STEP = 0.7  # of that, from which steps come down
+_LADDER = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+_FEW, _HALVINGS = 6, 3  # of the worst directions, which are looked at closer
+_ROUNDS = 4
 _SLIPS = 0.999  # use of the limit surface; a tip that slips is on it
-_TINY = 1e-9  # [N or N m]
-_NET = 12  # points along the side of a triangle
-_NEAR = 0.12  # [rad] of the directions that are tried around the worst
+_NEAR = 0.2  # [rad] of the directions that are tried around the worst, first
 
 Progress = Callable[[int, int], None]
 
@@ -47,15 +52,14 @@ class WorstPush(Record):
 
     Attributes:
         kind: "force", through the centre of mass, or "moment".
-        profile: "ramp", slowly grown in 1 s; or "step", all at once and held for 0.5 s, where the overshoot counts.
+        profile: "ramp", grown without a jerk in 0.6 s and held; or "step", all at once and held for 0.5 s, where the overshoot counts.
         directions: unit vectors in base axes, shape (directions, 3).
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
         linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,).
-        worst: the smallest of `sizes` [N or N m].
+        worst: the smallest of `sizes` [N or N m], whose neighbours are survived as well.
         worst_direction: shape (3,).
         worst_end: what ends it.
-        every: the same of a push of any direction, flat between those that were tried [N or N m].
         friction: the least mu of each contact with which the start holds, all lowered alike, and the mu there is, shape
             (nc, 2).
         mass: least and largest mass of the object of which the controller does not know, it counting with `mass_known`
@@ -68,7 +72,7 @@ class WorstPush(Record):
 
     units: ClassVar = {
         "directions": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
-        "every": "N or N m", "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
+        "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
     }  # fmt: skip
 
     kind: str
@@ -80,7 +84,6 @@ class WorstPush(Record):
     worst: float
     worst_direction: Array
     worst_end: str
-    every: float
     friction: Array
     mass: Array
     mass_known: float
@@ -100,29 +103,16 @@ class WorstPush(Record):
         """Of the sizes."""
         return "N" if self.kind == "force" else "N m"
 
-    def within(self, direction: Array) -> float:
-        """Largest push in a direction that is within what was survived, flat between neighbouring directions [N or N m].
-
-        Args:
-            direction: any length but zero, in base axes, shape (3,).
-        """
-        way = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-        corners = np.swapaxes(_patches(self.directions, np.maximum(self.sizes, _TINY)), 1, 2)
-        shares = np.linalg.solve(corners, np.broadcast_to(way, (len(corners), 3))[..., None])[..., 0]
-        inside = np.min(shares, axis=1) / np.sum(np.abs(shares), axis=1)
-        return float(1.0 / np.sum(shares[int(np.argmax(inside))]))
-
     def rows(self) -> list[tuple[str, str]]:
         """Label and value."""
         what = "force through the centre of mass" if self.kind == "force" else "moment"
-        how = "grown slowly, in 1 s" if self.profile == "ramp" else "all at once, held for 0.5 s"
+        how = "grown slowly, in 0.6 s" if self.profile == "ramp" else "all at once, held for 0.5 s"
         k = int(np.argmax(self.sizes))
         mu = ", ".join(f"{least:.3g} of {now:g}" for least, now in self.friction)
         rows = [
             ("push", f"{what}, {how}, under {self.controller}"),
             ("worst", f"{self.worst:.3g} {self.unit} along {_way(self.worst_direction)}; then {self.worst_end}"),
             ("best", f"{self.sizes[k]:.3g} {self.unit} along {_way(self.directions[k])}; then {self.ends[k]}"),
-            ("whatever the direction", f"{self.every:.3g} {self.unit}"),
             ("worst by the linear answer", f"{np.min(self.linear):.3g} {self.unit} along "
              f"{_way(self.directions[int(np.argmin(self.linear))])}"),
             ("least friction without push", mu),
@@ -149,7 +139,8 @@ def worst_push(
     roll and slip, torques end at their limits. Survived is what lets no tip slip or lift and does not end the run.
     Around the worst direction others are tried.
 
-    A slow push is a ramp of 1 s, which quasi-static bounds are about. A step is worse, as the object overshoots.
+    A ramp grows without a jerk in 0.6 s and is held for 0.3 s: slow beside the motions of a stiff loop, so that the answer
+    is that of rest. A step is worse, as the object overshoots.
 
     Args:
         scenario: with a grasp at its start.
@@ -171,18 +162,18 @@ def worst_push(
                 f"{did_you_mean(str(value), map(str, allowed))}",
                 key=key, value=value,
             )  # fmt: skip
-    start = look(scenario)
+    start, quiet = _at_rest(scenario)
     held = held_there(start)
     _must_hold(held)
     linear_of = _linear(held, response(start), kind)
-    pusher = _Pusher(scenario, held, kind, profile, threads, progress)
+    pusher = _Pusher(scenario, held, kind, profile, quiet, threads, progress)
     ways = np.array(directions(_WAYS[count]))
     linear = linear_of(ways)
     sizes, ends = pusher.reach(ways, linear)
     k = int(np.argmin(sizes))
-    around = _around(ways[k])
-    near, near_ends = pusher.reach(around, linear_of(around))
-    ways, sizes, ends = np.vstack([ways, around]), np.concatenate([sizes, near]), [*ends, *near_ends]
+    way, size, end = pusher.below(ways[k], float(sizes[k]))
+    if end:
+        ways, sizes, ends = np.vstack([ways, way]), np.append(sizes, size), [*ends, end]
     linear, k = linear_of(ways), int(np.argmin(sizes))
     mass = np.full(2, np.nan)
     if kind == "force" and profile == "ramp" and np.any(held.gravity):
@@ -193,10 +184,25 @@ def worst_push(
     use = float(np.max(held.limit_use))
     return WorstPush(
         kind=kind, profile=profile, directions=ways, sizes=sizes, ends=tuple(ends), linear=linear,
-        worst=float(sizes[k]), worst_direction=ways[k], worst_end=ends[k], every=_inner_ball(ways, sizes),
+        worst=float(sizes[k]), worst_direction=ways[k], worst_end=ends[k],
         friction=np.column_stack([use * held.friction, held.friction]), mass=mass, mass_known=held.mass,
         contacts=held.tips, controller=scenario.controller.name, runs=pusher.runs,
     )  # fmt: skip
+
+
+def _at_rest(scenario: Scenario) -> tuple[HeldStart, float]:
+    """Where a grasp rests under its controller, and when it does [s]: at the start, or once the controller let go of it."""
+    held_there(look(scenario))
+    try:
+        run = simulate(held_scenario(scenario, _PILOT))
+    except SimulationStopped as error:
+        raise GraspError(f"the start does not hold without any push: {error}", finger=error.finger, quantity="run",
+                         value=error.time) from error  # fmt: skip
+    force, last = run.contact_force[:, :, :3], run.contact_force[-1, :, :3]
+    away = np.max(np.linalg.norm(force - last, axis=2), axis=1) > _RESTING * np.max(np.abs(last))
+    if not away[0]:
+        return look(scenario), _QUIET
+    return look(run, float(run.time[-1])), max(float(run.time[np.flatnonzero(away)[-1]]), _QUIET)
 
 
 def _must_hold(held: Held) -> None:
@@ -227,11 +233,13 @@ class _Pusher:
     """Pushes in the compiled loop."""
 
     def __init__(
-        self, scenario: Scenario, held: Held, kind: str, profile: str, threads: int | None, progress: Progress | None
+        self, scenario: Scenario, held: Held, kind: str, profile: str, quiet: float, threads: int | None,
+        progress: Progress | None,
     ) -> None:
         length = _RAMP + _REST if profile == "ramp" else _STEP
         period = scenario.control_period
-        self._base = held_scenario(scenario, np.ceil((_QUIET + length) / period) * period)
+        self._quiet = np.ceil(quiet / period) * period
+        self._base = held_scenario(scenario, np.ceil((self._quiet + length) / period) * period)
         self._every = max(round(_EVERY / period), 1) * period
         self._point = [float(value) for value in _lever_of(held, scenario)]
         self._kind, self._profile, self._threads, self._progress = kind, profile, threads, progress
@@ -242,8 +250,8 @@ class _Pusher:
         """Largest push that is survived along each way, and what ends it."""
         usual = np.median(linear[np.isfinite(linear)]) if np.any(np.isfinite(linear)) else 1.0
         top = _FIRST * np.where(np.isfinite(linear) & (linear > 0.0), linear, usual)
-        search = self._ramp if self._profile == "ramp" else self._step
-        return search(ways, top)
+        high, ends = self._first(ways, top) if self._profile == "ramp" else (_OF_STEP * top, [""] * len(ways))
+        return self._descend(ways, high, ends)
 
     def push(self, ways: Array, sizes: Array) -> Runs:
         """Runs with a push along each way, to these sizes."""
@@ -256,45 +264,76 @@ class _Pusher:
 
     def _schedule(self, push: Array) -> list[dict[str, Any]]:
         stairs = _STAIRS if self._profile == "ramp" else 1
-        length = (_RAMP if self._profile == "ramp" else _STEP) / stairs
-        last = length + (_REST if self._profile == "ramp" else 0.0) + 1.0
+        times, shares = self._quiet + _RAMP / _STAIRS * np.arange(stairs), _grown((np.arange(stairs) + 1.0) / stairs)
         return [
-            {self._kind: [float(value) for value in push * (k + 1) / stairs], "point": self._point,
-             "start": _QUIET + k * length, "duration": length if k + 1 < stairs else last}
-            for k in range(stairs)
+            {self._kind: [float(value) for value in push * share], "point": self._point, "start": float(time),
+             "duration": _RAMP / _STAIRS if k + 1 < stairs else 100.0}
+            for k, (time, share) in enumerate(zip(times, shares, strict=True))
         ]  # fmt: skip
 
-    def _ramp(self, ways: Array, top: Array) -> tuple[Array, list[str]]:
-        sizes, ends, open_ways = np.zeros(len(ways)), [""] * len(ways), np.arange(len(ways))
-        top = top.copy()
-        for _ in range(4):
-            runs = self.push(ways[open_ways], top[open_ways])
-            left = []
-            for row, k in enumerate(open_ways):
+    def _first(self, ways: Array, top: Array) -> tuple[Array, list[str]]:
+        """Where a ramp to so large a push, or a larger one, makes a tip slip, and which; infinite where none does."""
+        sizes, ends, waiting, top = np.full(len(ways), np.inf), [""] * len(ways), np.arange(len(ways)), top.copy()
+        for _ in range(_TRIES):
+            runs = self.push(ways[waiting], top[waiting])
+            for row, k in enumerate(waiting):
                 time, ends[k] = self._lost(runs, row)
-                share = np.clip(np.ceil((time - _QUIET) / _RAMP * _STAIRS - 1e-9) - 1.0, 0.0, _STAIRS) / _STAIRS
-                sizes[k] = top[k] * share
-                if not ends[k]:
-                    left.append(k)
-            if not left:
+                before = np.floor((time - self._every - self._quiet) * _STAIRS / _RAMP) / _STAIRS
+                sizes[k] = top[k] * _grown(np.clip(before, 0.0, 1.0)) if ends[k] else np.inf
+            waiting = np.array([k for k in waiting if not ends[k]], dtype=int)
+            top[waiting] *= _WIDER
+            if not len(waiting):
                 break
-            open_ways = np.array(left)
-            top[open_ways] *= _WIDER
-        return sizes, [end or "nothing that was tried" for end in ends]
+        return np.where(np.isfinite(sizes), sizes, top / _WIDER), ends
 
-    def _step(self, ways: Array, top: Array) -> tuple[Array, list[str]]:
-        low, high, ends = np.zeros(len(ways)), np.full(len(ways), np.inf), [""] * len(ways)
-        size = 0.4 * top
-        for _ in range(_TURNS + 3):
-            runs = self.push(ways, size)
-            for k in range(len(ways)):
-                time, end = self._lost(runs, k)
+    def survived(self, ways: Array, sizes: Array) -> list[str]:
+        """What ends each push; "" if it was survived."""
+        runs = self.push(ways, sizes)
+        return [self._lost(runs, k)[1] for k in range(len(ways))]
+
+    def _descend(self, ways: Array, high: Array, ends: list[str]) -> tuple[Array, list[str]]:
+        """The first of less and less of these pushes that is survived; then halving, between it and the one before."""
+        low, high, waiting = np.zeros(len(ways)), high.copy(), np.arange(len(ways))
+        start = high.copy()
+        for share in _LADDER:
+            found = self.survived(ways[waiting], share * start[waiting])
+            for k, end in zip(waiting, found, strict=True):
                 if end:
-                    high[k], ends[k] = size[k], end
+                    ends[k], high[k] = end, share * start[k]
                 else:
-                    low[k] = size[k]
-            size = np.where(np.isfinite(high), 0.5 * (low + np.minimum(high, 1e9)), _WIDER * size)
+                    low[k] = share * start[k]
+            waiting = np.array([k for k, end in zip(waiting, found, strict=True) if end], dtype=int)
+            if not len(waiting):
+                break
+        worst = np.argsort(low)[:_FEW]
+        worst = worst[(low[worst] > 0.0) & (low[worst] < high[worst])]
+        for _ in range(_HALVINGS if len(worst) else 0):
+            middle = 0.5 * (low[worst] + high[worst])
+            for k, size, end in zip(worst, middle, self.survived(ways[worst], middle), strict=True):
+                if end:
+                    ends[k], high[k] = end, size
+                else:
+                    low[k] = size
         return low, [end or "nothing that was tried" for end in ends]
+
+    def below(self, way: Array, size: float) -> tuple[Array, float, str]:
+        """A push beside this one, of the same size or a smaller, that is lost; and how much of it is survived."""
+        end, width = "", _NEAR
+        for _ in range(_ROUNDS):
+            around = _around(way, width)
+            ends = self.survived(around, np.full(len(around), size))
+            lost = [k for k, end in enumerate(ends) if end]
+            if lost:
+                sizes, told = self._descend(around[lost], np.full(len(lost), size), [ends[k] for k in lost])
+                k = int(np.argmin(sizes))
+                way, size, end = around[lost][k], float(sizes[k]), told[k]
+            else:
+                width *= 0.5
+        return way, size, end
+
+    def lost(self, runs: Runs) -> Array:
+        """Which pushes were not survived, shape (runs,)."""
+        return np.array([bool(self._lost(runs, k)[1]) for k in range(len(runs))])
 
     def _lost(self, runs: Runs, k: int) -> tuple[float, str]:
         """When a push was not survived any more, and why; "" if it was to the end."""
@@ -311,6 +350,12 @@ class _Pusher:
         return np.inf, ""
 
 
+def _grown(share: Array) -> Array:
+    """How far a push has grown at a share of its time, 0 to 1, without a jerk: 10 s^3 - 15 s^4 + 6 s^5."""
+    grown: Array = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return grown
+
+
 def held_scenario(scenario: Scenario, duration: float) -> Scenario:
     """A scenario that stays at its start, with nothing recorded but what is asked for, and no pushes of its own."""
     return scenario.replace({"reference": {"kind": "hold"}, "duration": float(duration), "push": []})
@@ -323,27 +368,13 @@ def _lever_of(held: Held, scenario: Scenario) -> Array:
     return lever
 
 
-def _around(way: Array) -> Array:
-    """Directions close to one, in two rings."""
+def _around(way: Array, width: float) -> Array:
+    """Eight directions at an angle from one [rad], shape (8, 3)."""
     one = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
     one /= np.linalg.norm(one)
-    two = np.cross(way, one)
-    turns = np.linspace(0.0, 2.0 * np.pi, 6, endpoint=False)
-    rows = [way + np.tan(angle) * (np.cos(turn) * one + np.sin(turn) * two) for angle in (_NEAR, 2.0 * _NEAR) for turn in turns]
-    found: Array = np.array(rows) / np.linalg.norm(rows, axis=1)[:, None]
+    two, turns = np.cross(way, one), np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)[:, None]
+    found: Array = np.cos(width) * way + np.sin(width) * (np.cos(turns) * one + np.sin(turns) * two)
     return found
-
-
-def _patches(ways: Array, sizes: Array) -> Array:
-    """Corners of the triangles between neighbouring directions, at what was survived there, shape (triangles, 3, 3)."""
-    corners: Array = (ways * sizes[:, None])[ConvexHull(ways).simplices]
-    return corners
-
-
-def _inner_ball(ways: Array, sizes: Array) -> float:
-    """Least distance of these triangles from zero, on a net of points on each."""
-    weights = np.array([(a, b, _NET - a - b) for a in range(_NET + 1) for b in range(_NET + 1 - a)]) / _NET
-    return float(np.min(np.linalg.norm(np.einsum("pc,tck->tpk", weights, _patches(ways, sizes)), axis=2)))
 
 
 def _way(direction: Sequence[float] | Array) -> str:
