@@ -18,6 +18,7 @@ WARNING = "slip warning"
 _STILL = 1e-6  # [1/s] slower than which a margin does not fall
 _GAP = 0.02  # [s] that does not part two warnings
 _TOLD = 5
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,8 +27,8 @@ class SlipMargin(Record):
 
     Attributes:
         time: [s], shape (samples,).
-        margin: share of the limit surface that is left free at each tip, 1 - sqrt(H) / (mu f_z); 0 in slip, NaN off the
-            object, shape (samples, nc).
+        margin: share of the limit surface that is left free at each tip, 1 - sqrt(H) / (mu f_z); 0 in slip, below where a
+            tip that cannot slip would, NaN off the object, shape (samples, nc).
         least: of all tips that touch, NaN if none does, shape (samples,).
         hold_time: until the first margin is used up if all go on as they have over `window`; infinite while none falls,
             0 in slip, NaN where it is not known [s], shape (samples,).
@@ -70,12 +71,13 @@ class SlipMargin(Record):
         k = int(np.nanargmin(self.least))
         tip = self.contacts[int(np.nanargmin(self.margin[k]))]
         rows = [("least margin", f"{100.0 * self.least[k]:.3g} % at {tip}, t = {self.time[k]:.3f} s")]
-        before = np.where(self.least > 0.0, self.hold_time, np.nan)
-        if np.any(np.isfinite(before)):
-            j = int(np.nanargmin(before))
-            rows.append(("shortest hold time before slip", f"{before[j]:.3g} s, foreseen at t = {self.time[j]:.3f} s"))
-        else:
-            rows.append(("shortest hold time before slip", "no margin falls"))
+        gone = np.flatnonzero(self.least <= 0.0)
+        rows.append(("first slip", f"t = {self.time[gone[0]]:.3f} s" if len(gone) else "none"))
+        if self.events:
+            j = int(np.searchsorted(self.time, self.events[0].time))
+            hold = self.hold_time[j]
+            told = "not known yet" if np.isnan(hold) else "endless, no margin falls" if np.isinf(hold) else f"{hold:.3g} s"
+            rows.append(("hold time foreseen at the first warning", told))
         rows += [(WARNING, f"{event.text}, t = {event.time:.3f} s") for event in self.events[:_TOLD]]
         if len(self.events) > _TOLD:
             rows.append((WARNING, f"{len(self.events) - _TOLD} more"))
@@ -106,9 +108,9 @@ def slip_margin(recording: Recording, warning: float = 0.2, window: float = 0.2)
         raise RecordingError(f"the margin to slip cannot be told: the recording {what}.", file=None)
     touching = recording.contact_force[:, :, 2] > 0.0
     margin = np.where(touching, 1.0 - recording.limit_surface_use, np.nan)
-    margin = np.where(recording.is_slipping > 0, np.minimum(margin, 0.0), margin) if (
-        "is_slipping" in recording.variables) else margin  # fmt: skip
-    margin = np.maximum(np.where(np.abs(margin) < 1e-9, 0.0, margin), -np.inf)
+    if "is_slipping" in recording.variables:
+        margin = np.where(recording.is_slipping > 0, np.minimum(margin, 0.0), margin)
+    margin[np.abs(margin) < _ROUNDING] = 0.0
     held = np.any(touching, axis=1)
     least = np.full(len(margin), np.nan)
     least[held] = np.nanmin(margin[held], axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -27,6 +27,7 @@ _MOST_FRICTION = 10.0
 _HALVINGS = 18
 _ROUNDING = 1e-3
 _FEW = 12  # loads
+_MARGINS = tuple(np.linspace(0.0, 0.9, 10).round(2).tolist())
 _TOLD = 4  # limits in the table
 
 
@@ -173,6 +174,72 @@ def squeeze(
         ScenarioError: a load or a number cannot be used.
         RecordingError: the recording is empty or does not reach to `at`, or its scenario cannot be read.
     """
+    return squeeze_of(*_read(source, at, attitudes, wrenches, force, moment, acceleration, margin, friction, effort,
+                             touch, torsion))  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class SqueezeCurve(Record):
+    """Least and largest squeeze that hold a set of loads, by the margin.
+
+    Attributes:
+        margin: share of the limit surface that is left free, shape (margins,).
+        least: sum of the normal forces, the mean over the loads [N]; NaN where no squeeze holds, shape (margins,).
+        largest: likewise, infinite where nothing limits it, shape (margins,).
+        present: of the scenario or of the sample [N].
+        chosen: margin that was asked for.
+    """
+
+    units: ClassVar = {"margin": "1", "least": "N", "largest": "N", "present": "N", "chosen": "1"}
+
+    margin: Array
+    least: Array
+    largest: Array
+    present: float
+    chosen: float
+
+
+def squeeze_curve(
+    source: Scenario | Recording,
+    at: float | None = None,
+    *,
+    attitudes: str | Sequence[ArrayLike] | None = None,
+    wrenches: Sequence[ArrayLike] = (),
+    force: float = 0.0,
+    moment: float = 0.0,
+    acceleration: float = 0.0,
+    margin: float = 0.2,
+    friction: float | None = None,
+    effort: float = 1.0,
+    touch: float = 0.1,
+    torsion: bool = True,
+) -> SqueezeCurve:
+    """`squeeze` at margins from 0 to 0.9, with the levers of torsion of the present forces; arguments as there."""
+    held, loads, terms = _read(source, at, attitudes, wrenches, force, moment, acceleration, margin, friction, effort,
+                               touch, torsion)  # fmt: skip
+    rows = []
+    for share in _MARGINS:
+        program = Program(held, loads, replace(terms, use=1.0 - share))
+        least = program.least()
+        largest = None if least is None else program.largest()
+        ends = [least, largest if largest is not None or least is None else np.inf]
+        rows.append([end if isinstance(end, float) else _normal(end) for end in ends])
+    least_of, largest_of = np.array(rows).T
+    present = float(np.sum(held.force[2::3]))
+    return SqueezeCurve(np.array(_MARGINS), least_of, largest_of, present, margin)
+
+
+def _normal(found: Found | None) -> float:
+    """Sum of the normal forces, the mean over the loads [N]."""
+    return float("nan") if found is None else float(np.mean(np.sum(found.force[:, 2::3], axis=1)))
+
+
+def _read(
+    source: Scenario | Recording, at: float | None, attitudes: str | Sequence[ArrayLike] | None,
+    wrenches: Sequence[ArrayLike], force: float, moment: float, acceleration: float, margin: float,
+    friction: float | None, effort: float, touch: float, torsion: bool,
+) -> tuple[Held, Loads, Terms]:  # fmt: skip
+    """Arguments of `squeeze`, checked."""
     for name, value, below in (("margin", margin, 1.0), ("friction", friction, 1e3), ("touch", touch, 1e3)):
         if value is not None and not 0.0 <= value < below:
             raise ScenarioError(
@@ -182,10 +249,8 @@ def squeeze(
         raise ScenarioError(f"effort: got {effort!r}; give a share above 0.", key="effort", value=effort)
     held = held_there(look(source, at))
     loads = loads_of(held, attitudes, wrenches, force, moment, acceleration)
-    return squeeze_of(
-        held if friction is None else held.with_friction(friction),
-        loads, Terms(use=1.0 - margin, effort=effort, touch=touch, torsion=torsion),
-    )  # fmt: skip
+    terms = Terms(use=1.0 - margin, effort=effort, touch=touch, torsion=torsion)
+    return held if friction is None else held.with_friction(friction), loads, terms
 
 
 def squeeze_of(held: Held, loads: Loads, terms: Terms) -> Squeeze:
