@@ -26,10 +26,11 @@ from softhand.contact.limit import limit_of
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 
-_FIRST, _LAST, _GROWTH = 0.3, 300.0, 10.0  # w [1/N]
+_FIRST, _LAST, _GROWTH = 0.3, 300.5, 10.0  # w [1/N]
 _PENALTY = 50.0  # M: above what a newton of limit can be worth
-_STEPS = 12  # of Newton for each w
-_DONE = 1e-3  # half the squared decrement of Newton
+_STEPS = 20  # of Newton for each w
+_ON, _DONE = 1e-2, 1e-20  # squared decrement of Newton with which w grows, and with which the last w is done
+_NEAR = 1e-6  # below which a whole step is as good as any
 _SHRINK, _SHORTEST = 0.5, 1e-6
 _RIDGE = 1e-6  # [1/N^2], for internal forces that do nothing
 _STRENGTH = 10.0  # F [N]: how e counts for an effort limit
@@ -86,9 +87,13 @@ def squeeze_by_barrier(limits, contacts, basis, load, torsion, J, held, last, sq
             decrement = 0.0
             for k in range(size):
                 decrement -= gradient[k] * step[k]
-            if decrement <= 2.0 * _DONE:
+            if not decrement > (_DONE if weight * _GROWTH > _LAST else _ON):
                 break
             length = 1.0
+            if decrement < _NEAR:
+                for k in range(size):
+                    x[k] += step[k]
+                continue
             while length > _SHORTEST:
                 for k in range(size):
                     x[k] += length * step[k]
