@@ -27,7 +27,7 @@ from softhand.numerics.arrays import Array
 
 _RANK = 1e-9  # of the largest singular value of G^f
 _PRICED = 1e-4  # of the largest multiplier
-_LARGEST = 1e6  # [N], beyond which a squeeze has no limit
+_LARGEST = 1e6  # [N], beyond which a squeeze has no limit, and times an effort limit
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Program:
     def effort_factor(self) -> float:
         """The least factor on the effort limits with which some squeeze holds; infinite if none does."""
         found = self._solve(np.zeros(self.held.basis.shape[1]), scaled="effort")
-        return float("inf") if found is None else found.value
+        return float("inf") if found is None or found.value > _LARGEST else found.value
 
     def _normal_by_squeeze(self) -> Array:
         return np.asarray(self.held.basis[2::3].sum(axis=0))

@@ -7,7 +7,7 @@ import numpy as np
 from softhand.numerics.arrays import Array
 
 FACETS = 12
-"""Of the polygon; it is inside the surface by at most a share of (pi / 4 FACETS)^2 / 2 of its radius, 0.2 %."""
+"""Of the polygon, which is inside the surfaces of soft tips by 0.4 % of the radius at most."""
 
 
 def is_ellipse(curve: Array) -> bool:

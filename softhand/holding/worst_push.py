@@ -331,10 +331,6 @@ class _Pusher:
                 width *= 0.5
         return way, size, end
 
-    def lost(self, runs: Runs) -> Array:
-        """Which pushes were not survived, shape (runs,)."""
-        return np.array([bool(self._lost(runs, k)[1]) for k in range(len(runs))])
-
     def _lost(self, runs: Runs, k: int) -> tuple[float, str]:
         """When a push was not survived any more, and why; "" if it was to the end."""
         use, force = runs.limit_surface_use[k], runs.contact_force[k, :, :, 2]
@@ -354,6 +350,25 @@ def _grown(share: Array) -> Array:
     """How far a push has grown at a share of its time, 0 to 1, without a jerk: 10 s^3 - 15 s^4 + 6 s^5."""
     grown: Array = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
     return grown
+
+
+def pushes(
+    scenario: Scenario, ways: Array, sizes: Array, kind: Kind = "force", profile: Profile = "ramp",
+    threads: int | None = None,
+) -> Array:
+    """Which pushes the start of a scenario does not survive, as `worst_push` tries them.
+
+    Args:
+        scenario: with a grasp at its start.
+        ways: unit vectors in base axes, shape (pushes, 3).
+        sizes: [N or N m], shape (pushes,).
+        kind: "force" or "moment".
+        profile: "ramp" or "step".
+        threads: as in `rollout`.
+    """
+    start, quiet = _at_rest(scenario)
+    pusher = _Pusher(scenario, held_there(start), kind, profile, quiet, threads, None)
+    return np.array([bool(end) for end in pusher.survived(ways, sizes)])
 
 
 def held_scenario(scenario: Scenario, duration: float) -> Scenario:
