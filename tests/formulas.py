@@ -346,6 +346,7 @@ def _wanted(controller: Any, now: Observation, last: Array) -> tuple[Array, Arra
     tau = at_joints(controller, now) + now.hand_torsion_jacobian.T @ tau_C
     n, e = K.shape[1], np.eye(K.shape[1] + 1)[-1]
     affine = [(row, value) for row, value in zip(np.column_stack([K, 0.0 * K[:, 0]]), f_C, strict=True)]
+    reach: list[float] = []
     cones, planes = [], [(e, 0.0), (e - sum(row for row, _ in affine[2::3]), controller.most - np.sum(f_C[2::3]))]
     for i, tip in enumerate(now.fingertips):
         material = Material(tip.law, tip.friction, tip.torsion_length or 0.0, tip.limit)
@@ -355,12 +356,13 @@ def _wanted(controller: Any, now: Observation, last: Array) -> tuple[Array, Arra
         k = (1.0 - controller.margin) * tip.friction / np.sqrt(1.0 + u * (1.0 - u) * np.polyval(torsion.curve[::-1], u))
         (f_x, a), (f_y, b), (f_z, c) = affine[3 * i : 3 * i + 3]
         cones.append((np.array([k * f_z + e, f_x, f_y, 0.0 * e]), np.array([k * c, a, b, spin])))
-        planes.append((f_z + e, c - controller.touch))
+        planes.append((f_z + k * e, c - controller.touch))
+        reach.append(k)
     J, base = now.hand_force_jacobian, tau + now.hand_force_jacobian.T @ f_C
     for j, effort in enumerate(now.effort_limit):
         row = np.append(J[:, j] @ K, 0.0) / effort
         planes += [(0.1 * e - row, 1.0 - base[j] / effort), (0.1 * e + row, 1.0 + base[j] / effort)]
-    cost = sum(row for row, _ in affine[2::3]) + 50.0 * e
+    cost = sum(row for row, _ in affine[2::3]) + 20.0 / min(reach) * e
     return _least(cost, cones, planes, np.append(last, 1e3))[:n], f_C, tau
 
 

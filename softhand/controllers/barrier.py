@@ -3,12 +3,12 @@
 With y the internal forces, f = a + K y the contact forces, k = (1 - margin) mu / sqrt(Q) and e >= 0 by how much all limits
 are passed,
 
-    min_y,e  w (sum f_z + M e) - sum log [(k f_z + e)^2 - f_x^2 - f_y^2 - (tau / l)^2] - sum log [f_z - touch + e]
+    min_y,e  w (sum f_z + M e) - sum log [(k f_z + e)^2 - f_x^2 - f_y^2 - (tau / l)^2] - sum log [f_z - touch + k e]
              - log [most - sum f_z + e] - sum log [effort -+ T + e effort / F] - log e
 
 by Newton's method, for w that grows by steps up to W. Then sum f_z is above the least by no more than the number of
 limits, cones counted twice, over W; and it is a smooth function of the load, which a vertex of a cone program is not. e is
-as good as zero while some squeeze holds. Q is that of the limit surface where the last squeeze loads it, see
+as good as zero while some squeeze holds: M = 20 / k is above its price. Q is that of the limit surface where the last squeeze loads it, see
 `contact.limit`.
 
 Sources: Buss, Hashimoto, Moore, Dextrous Hand Grasping Force Optimization (1996), for the barrier of friction cones; Boyd,
@@ -27,7 +27,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 
 _FIRST, _LAST, _GROWTH = 0.3, 300.5, 10.0  # w [1/N]
-_PENALTY = 50.0  # M: above what a newton of limit can be worth
+_PENALTY = 20.0  # k M: above what a newton of limit can be worth
 _STEPS = 20  # of Newton for each w
 _ON, _DONE = 1e-2, 1e-20  # squared decrement of Newton with which w grows, and with which the last w is done
 _NEAR = 1e-6  # below which a whole step is as good as any
@@ -137,7 +137,7 @@ def _beyond(limits, reach, spin, basis, load, J_K, base, x):
     most, total = 0.0, 0.0
     for i in range(reach.shape[0]):
         f_x, f_y, f_z = _force(basis, load, x, 3 * i), _force(basis, load, x, 3 * i + 1), _force(basis, load, x, 3 * i + 2)
-        most = max(most, math.sqrt(f_x * f_x + f_y * f_y + spin[i] * spin[i]) - reach[i] * f_z, limits.normal[0] - f_z)
+        most = max(most, math.sqrt(f_x * f_x + f_y * f_y + spin[i] * spin[i]) - reach[i] * f_z, (limits.normal[0] - f_z) / reach[i])
         total += f_z
     most = max(most, total - limits.normal[1])
     for j in range(base.shape[0]):
@@ -158,7 +158,7 @@ def _value(limits, reach, spin, basis, load, J_K, base, x, weight):
         return math.inf
     for i in range(reach.shape[0]):
         f_x, f_y, f_z = _force(basis, load, x, 3 * i), _force(basis, load, x, 3 * i + 1), _force(basis, load, x, 3 * i + 2)
-        room, lift = reach[i] * f_z + e, f_z - limits.normal[0] + e
+        room, lift = reach[i] * f_z + e, f_z - limits.normal[0] + reach[i] * e
         D = room * room - f_x * f_x - f_y * f_y - spin[i] * spin[i]
         if room <= 0.0 or D <= 0.0 or lift <= 0.0:
             return math.inf
@@ -167,7 +167,7 @@ def _value(limits, reach, spin, basis, load, J_K, base, x, weight):
     spare = limits.normal[1] - total + e
     if spare <= 0.0:
         return math.inf
-    value += weight * (total + _PENALTY * e) - math.log(spare) - math.log(e)
+    value += weight * (total + _PENALTY / np.min(reach) * e) - math.log(spare) - math.log(e)
     for j in range(base.shape[0]):
         if limits.effort[j] < math.inf:
             torque = base[j]
@@ -192,23 +192,23 @@ def _expand(limits, reach, spin, basis, load, J_K, base, x, weight, gradient, he
         gradient[k] = _RIDGE * x[k]
         for m in range(size):
             hessian[k, m] = _RIDGE if k == m else 0.0
-    gradient[pairs] = weight * _PENALTY - 1.0 / e
+    gradient[pairs] = weight * _PENALTY / np.min(reach) - 1.0 / e
     hessian[pairs, pairs] = 1.0 / (e * e)
     for i in range(reach.shape[0]):
         a, b, c = 3 * i, 3 * i + 1, 3 * i + 2
         f_x, f_y, f_z = _force(basis, load, x, a), _force(basis, load, x, b), _force(basis, load, x, c)
         total += f_z
-        room, lift = reach[i] * f_z + e, f_z - limits.normal[0] + e
+        room, lift = reach[i] * f_z + e, f_z - limits.normal[0] + reach[i] * e
         D = room * room - f_x * f_x - f_y * f_y - spin[i] * spin[i]
         for k in range(pairs):
             slope[k] = 2.0 * (room * reach[i] * basis[c, k] - f_x * basis[a, k] - f_y * basis[b, k]) / D
             gradient[k] += weight * basis[c, k] - slope[k] - basis[c, k] / lift
         slope[pairs] = 2.0 * room / D
-        gradient[pairs] -= slope[pairs] + 1.0 / lift
+        gradient[pairs] -= slope[pairs] + reach[i] / lift
         for k in range(size):
-            z_k, r_k = (basis[c, k], reach[i] * basis[c, k]) if k < pairs else (1.0, 1.0)
+            z_k, r_k = (basis[c, k], reach[i] * basis[c, k]) if k < pairs else (reach[i], 1.0)
             for m in range(k + 1):
-                z_m, r_m = (basis[c, m], reach[i] * basis[c, m]) if m < pairs else (1.0, 1.0)
+                z_m, r_m = (basis[c, m], reach[i] * basis[c, m]) if m < pairs else (reach[i], 1.0)
                 bent = r_k * r_m
                 if k < pairs:
                     bent -= basis[a, k] * basis[a, m] + basis[b, k] * basis[b, m]
