@@ -322,14 +322,16 @@ def pick_and_place(controller: Any, seen: Seen) -> Array:
 
 
 def least_squeeze(controller: Any, seen: Seen) -> Array:
-    """(59) with the filtered squeeze of the least barrier value, which Newton finds here from rows of affine functions."""
+    """(59) with the filtered squeeze of the least barrier value, which Newton finds here from affine functions."""
     first = seen[0]
     squeeze, time = first.internal_force.copy(), first.time
     for now in seen:
         wanted, f_C, tau = _wanted(controller, now, squeeze)
         more = np.sum((now.internal_force_basis @ (wanted - squeeze))[2::3])
         passed = max(now.time - time, 0.0)
-        squeeze = squeeze + passed / (passed + (controller.rise if more > 0.0 else controller.release)) * (wanted - squeeze)
+        squeeze = squeeze + passed / (passed + (controller.rise if more > 0.0 else controller.release)) * (
+            wanted - squeeze
+        )
         time = now.time
     f_N = now.internal_force - controller.K_N * (now.internal_force - squeeze)
     return tau + now.hand_force_jacobian.T @ (f_C + now.internal_force_basis @ f_N)

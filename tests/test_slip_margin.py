@@ -23,7 +23,9 @@ def recording(use: Array, pressing: float = 1.0, step: float = 0.01) -> Recordin
     force[:, :, 2] = pressing
     time = step * np.arange(len(use))
     arrays = {"time": time, "limit_surface_use": use, "contact_force": force}
-    return Recording(arrays, {"contact": base.labels["contact"]}, base.scenario, base.version, True, "", float(time[-1]))
+    return Recording(
+        arrays, {"contact": base.labels["contact"]}, base.scenario, base.version, True, "", float(time[-1])
+    )
 
 
 def test_margin_and_factor_are_of_the_limit_surface() -> None:

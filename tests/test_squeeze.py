@@ -222,7 +222,7 @@ def test_more_loads_need_no_less() -> None:
 
 @pytest.mark.parametrize("name", ["target-a", "pinch", "gripper"])
 def test_the_multipliers_certify_the_least(name: str) -> None:
-    """Their value is that of the squeeze: by weak duality no squeeze does better. Limits that are not reached cost none."""
+    """Their value is that of the squeeze: by weak duality none does better. Limits that are not reached cost nothing."""
     held = start(name)
     program = Program(held, loads_of(held, attitudes="any"), Terms(use=0.8))
     found = program.least()
@@ -321,9 +321,9 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     scenario = softhand.load_scenario("pinch")
     with pytest.raises(softhand.GraspError, match="not pressing on the object at t = 0 s"):
         softhand.squeeze(softhand.load_scenario("grasp-and-lift"))
-    with pytest.raises(softhand.ScenarioError, match="attitudes: got 'anny'; allowed .* did you mean 'any'"):
+    with pytest.raises(softhand.ScenarioError, match=r"attitudes: got 'anny'; allowed .* did you mean 'any'"):
         softhand.squeeze(scenario, attitudes="anny")
-    with pytest.raises(softhand.ScenarioError, match="wrenches: got .*six finite numbers"):
+    with pytest.raises(softhand.ScenarioError, match=r"wrenches: got .*six finite numbers"):
         softhand.squeeze(scenario, wrenches=[[0.0] * 5])
     with pytest.raises(softhand.ScenarioError, match="margin: got 1"):
         softhand.squeeze(scenario, margin=1.0)

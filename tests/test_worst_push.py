@@ -135,7 +135,7 @@ def test_of_ten_thousand_inside_none_is_lost(kind: Any, profile: Any) -> None:
 def test_mistakes_are_told(tmp_path: Path) -> None:
     """Unknown kinds, open tips, a start that slips, a count that is none."""
     scenario = softhand.load_scenario("pinch")
-    with pytest.raises(softhand.ScenarioError, match="kind: got 'forces'; .*did you mean 'force'"):
+    with pytest.raises(softhand.ScenarioError, match=r"kind: got 'forces'; .*did you mean 'force'"):
         worst_push(scenario, "forces")  # type: ignore[arg-type]
     with pytest.raises(softhand.ScenarioError, match="count: got 13; allowed are 12, 42, 162"):
         worst_push(scenario, count=13)

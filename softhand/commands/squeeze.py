@@ -72,7 +72,9 @@ def squeeze(
     attitudes = [_numbers("--attitude", text, 3, math.pi / 180.0) for text in attitude]
     wrenches = [_numbers("--wrench", text, 6) for text in wrench]
     if any_attitude and attitudes:
-        raise typer.BadParameter("any attitude has all others in it; leave one of the two out.", param_hint="--attitude")
+        raise typer.BadParameter(
+            "any attitude has all others in it; leave one of the two out.", param_hint="--attitude"
+        )
     check_figure(out)
     source = load_run(scenario) if of_run else chosen_scenario(scenario, changes, law, controller)
     say_compiling(quiet)
@@ -86,8 +88,8 @@ def squeeze(
     printer, name = Printer(quiet, as_json), name_of(scenario)
     slip = slip_margin(source, warning) if isinstance(source, Recording) else None
     asked: dict[str, Any] = {
-        "attitudes": "any" if any_attitude else attitudes or None, "wrenches": wrenches, "force": force, "moment": moment,
-        "acceleration": acceleration, "margin": margin, "friction": friction,
+        "attitudes": "any" if any_attitude else attitudes or None, "wrenches": wrenches, "force": force,
+        "moment": moment, "acceleration": acceleration, "margin": margin, "friction": friction,
     }  # fmt: skip
     found = find_squeeze(source, at, **asked)
     printer.json(found if slip is None else {"squeeze": found, "slip_margin": slip})
@@ -100,7 +102,9 @@ def squeeze(
     if slip is not None:
         figure = draw_margin(slip, f"Margin to slip of {name}")
     else:
-        figure = draw_squeeze(squeeze_curve(source, at, **asked), f"Squeeze that holds the loads, by the margin: {name}")
+        figure = draw_squeeze(
+            squeeze_curve(source, at, **asked), f"Squeeze that holds the loads, by the margin: {name}"
+        )
     save_figure(figure, target)
     printer.say(f"wrote {target}")
 

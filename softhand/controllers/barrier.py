@@ -1,18 +1,18 @@
 """Internal forces of the least total normal force, in a kernel: a cone program of few unknowns by a barrier.
 
-With y the internal forces, f = a + K y the contact forces, k = (1 - margin) mu / sqrt(Q) and e >= 0 by how much all limits
-are passed,
+With y the internal forces, f = a + K y the contact forces, k = (1 - margin) mu / sqrt(Q) and e >= 0 by how much all
+limits are passed,
 
     min_y,e  w (sum f_z + M e) - sum log [(k f_z + e)^2 - f_x^2 - f_y^2 - (tau / l)^2] - sum log [f_z - touch + k e]
              - log [most - sum f_z + e] - sum log [effort -+ T + e effort / F] - log e
 
 by Newton's method, for w that grows by steps up to W. Then sum f_z is above the least by no more than the number of
-limits, cones counted twice, over W; and it is a smooth function of the load, which a vertex of a cone program is not. e is
-as good as zero while some squeeze holds: M = 20 / k is above its price. Q is that of the limit surface where the last squeeze loads it, see
-`contact.limit`.
+limits, cones counted twice, over W; and it is a smooth function of the load, which a vertex of a cone program is not. e
+is as good as zero while some squeeze holds: M = 20 / k is above its price. Q is that of the limit surface where the last
+squeeze loads it, see `contact.limit`.
 
-Sources: Buss, Hashimoto, Moore, Dextrous Hand Grasping Force Optimization (1996), for the barrier of friction cones; Boyd,
-Vandenberghe, Convex Optimization (2004), chapter 11, for its path.
+Sources: Buss, Hashimoto, Moore, Dextrous Hand Grasping Force Optimization (1996), for the barrier of friction cones;
+Boyd, Vandenberghe, Convex Optimization (2004), chapter 11, for its path.
 """
 
 from __future__ import annotations
@@ -136,8 +136,16 @@ def _beyond(limits, reach, spin, basis, load, J_K, base, x):
     """By how much the limits are passed at most [N]."""
     most, total = 0.0, 0.0
     for i in range(reach.shape[0]):
-        f_x, f_y, f_z = _force(basis, load, x, 3 * i), _force(basis, load, x, 3 * i + 1), _force(basis, load, x, 3 * i + 2)
-        most = max(most, math.sqrt(f_x * f_x + f_y * f_y + spin[i] * spin[i]) - reach[i] * f_z, (limits.normal[0] - f_z) / reach[i])
+        f_x, f_y, f_z = (
+            _force(basis, load, x, 3 * i),
+            _force(basis, load, x, 3 * i + 1),
+            _force(basis, load, x, 3 * i + 2),
+        )
+        most = max(
+            most,
+            math.sqrt(f_x * f_x + f_y * f_y + spin[i] * spin[i]) - reach[i] * f_z,
+            (limits.normal[0] - f_z) / reach[i],
+        )
         total += f_z
     most = max(most, total - limits.normal[1])
     for j in range(base.shape[0]):
@@ -157,7 +165,11 @@ def _value(limits, reach, spin, basis, load, J_K, base, x, weight):
     if e <= 0.0:
         return math.inf
     for i in range(reach.shape[0]):
-        f_x, f_y, f_z = _force(basis, load, x, 3 * i), _force(basis, load, x, 3 * i + 1), _force(basis, load, x, 3 * i + 2)
+        f_x, f_y, f_z = (
+            _force(basis, load, x, 3 * i),
+            _force(basis, load, x, 3 * i + 1),
+            _force(basis, load, x, 3 * i + 2),
+        )
         room, lift = reach[i] * f_z + e, f_z - limits.normal[0] + reach[i] * e
         D = room * room - f_x * f_x - f_y * f_y - spin[i] * spin[i]
         if room <= 0.0 or D <= 0.0 or lift <= 0.0:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from softhand.closed_loop.object_tangent import length_of
 from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start
@@ -26,8 +27,10 @@ _LEAST_PRESS = 1e-3  # [N]
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """An object in the grip of nc fingertips, n joints. Contact forces f = (f_x, f_y, f_z) and torsions tau are those on
-    the object, in the contact frames, z into the object; wrenches are about the centre of mass, in world axes.
+    """An object in the grip of nc fingertips, n joints.
+
+    Contact forces f = (f_x, f_y, f_z) and torsions tau are those on the object, in the contact frames, z into the
+    object; wrenches are about the centre of mass, in world axes.
 
     Attributes:
         tips: names, one a contact.
@@ -141,14 +144,18 @@ def held_there(start: HeldStart) -> Held:
 
 
 def held_by(
-    observed: Observation, contacts: Array, fingertips: tuple[Fingertip, ...] | list[Fingertip], model: pin.Model, time: float
+    observed: Observation,
+    contacts: NDArray[np.void],
+    fingertips: tuple[Fingertip, ...] | list[Fingertip],
+    model: pin.Model,
+    time: float,
 ) -> Held:
     """The same from an observation and the contacts that go with it."""
     open_tips = [name for name, row in zip(observed.tip_names, observed.contact_force, strict=True) if not row[2] > 0.0]
     if open_tips:
         raise GraspError(
-            f"{', '.join(open_tips)}: not pressing on the object at t = {time:g} s, so that no squeeze can be told; set "
-            "grasp.opening = 0, or give the recording and `at`, a time at which all tips hold.",
+            f"{', '.join(open_tips)}: not pressing on the object at t = {time:g} s, so that no squeeze can be told; "
+            "set grasp.opening = 0, or give the recording and `at`, a time at which all tips hold.",
             finger=open_tips[0], quantity="normal force", value=0.0,
         )  # fmt: skip
     arm = observed.object_rotation @ observed.object_lever

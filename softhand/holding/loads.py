@@ -44,8 +44,9 @@ def loads_of(
     moment: float = 0.0,
     acceleration: float = 0.0,
 ) -> Loads:
-    """All combinations of what is asked for. A ball is stood for by a polytope around it, so that what holds these
-    loads holds all of the ball: its limits are convex.
+    """All combinations of what is asked for.
+
+    A ball is stood for by a polytope around it: what holds these loads holds all of the ball, as the limits are convex.
 
     Args:
         held: the contacts.
@@ -103,7 +104,9 @@ def directions(level: int) -> Array:
     points = np.array([[0.0, a, b * g] for a in (1.0, -1.0) for b in (1.0, -1.0)])
     points = np.vstack([points, points[:, [1, 2, 0]], points[:, [2, 0, 1]]])
     for _ in range(level):
-        edges = {tuple(sorted(pair)) for s in ConvexHull(points).simplices for pair in zip(s, np.roll(s, 1), strict=True)}
+        edges = {
+            tuple(sorted(pair)) for s in ConvexHull(points).simplices for pair in zip(s, np.roll(s, 1), strict=True)
+        }
         points = np.vstack([points, [points[i] + points[j] for i, j in sorted(edges)]])
         points /= np.linalg.norm(points, axis=1)[:, None]
     found: Array = points / np.linalg.norm(points, axis=1)[:, None]

@@ -27,8 +27,8 @@ class SlipMargin(Record):
 
     Attributes:
         time: [s], shape (samples,).
-        margin: share of the limit surface that is left free at each tip, 1 - sqrt(H) / (mu f_z); 0 in slip, below where a
-            tip that cannot slip would, NaN off the object, shape (samples, nc).
+        margin: share of the limit surface that is left free at each tip, 1 - sqrt(H) / (mu f_z); 0 in slip, below
+            where a tip that cannot slip would, NaN off the object, shape (samples, nc).
         least: of all tips that touch, NaN if none does, shape (samples,).
         hold_time: until the first margin is used up if all go on as they have over `window`; infinite while none falls,
             0 in slip, NaN where it is not known [s], shape (samples,).
@@ -54,7 +54,7 @@ class SlipMargin(Record):
 
     @property
     def factor(self) -> Array:
-        """By which friction load and torsion of the nearest tip could grow at the same normal force, shape (samples,)."""
+        """By which friction and torsion of the nearest tip could grow at the same normal force, shape (samples,)."""
         return np.asarray(1.0 / np.maximum(1.0 - self.least, 1e-12))
 
     def __repr__(self) -> str:
@@ -76,7 +76,9 @@ class SlipMargin(Record):
         if self.events:
             j = int(np.searchsorted(self.time, self.events[0].time))
             hold = self.hold_time[j]
-            told = "not known yet" if np.isnan(hold) else "endless, no margin falls" if np.isinf(hold) else f"{hold:.3g} s"
+            told = (
+                "not known yet" if np.isnan(hold) else "endless, no margin falls" if np.isinf(hold) else f"{hold:.3g} s"
+            )
             rows.append(("hold time foreseen at the first warning", told))
         rows += [(WARNING, f"{event.text}, t = {event.time:.3f} s") for event in self.events[:_TOLD]]
         if len(self.events) > _TOLD:
@@ -153,7 +155,9 @@ def _warnings(recording: Recording, margin: Array, warning: float) -> tuple[Even
         last = -np.inf
         for k in np.flatnonzero(margin[:, i] < warning):
             if time[k] - last > _GAP:
-                text = f"{name} has {100.0 * margin[k, i]:.3g} % of its limit surface left, below {100.0 * warning:.3g} %"
+                text = (
+                    f"{name} has {100.0 * margin[k, i]:.3g} % of its limit surface left, below {100.0 * warning:.3g} %"
+                )
                 events.append(Event(float(time[k]), WARNING, name, text))
             last = time[k]
     return tuple(sorted(events, key=lambda event: event.time))

@@ -44,8 +44,8 @@ class Squeeze(Record):
         wrenches: of each load, which the contacts exert, about the centre of mass [N, N m], shape (loads, 6).
         contacts: names.
         joints: names.
-        contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in the contact frames, of each load under the least
-            squeeze, shape (loads, nc, 4); NaN if none holds.
+        contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in the contact frames, of each load under the
+            least squeeze, shape (loads, nc, 4); NaN if none holds.
         limit_surface_use: by them, shape (loads, nc).
         joint_torque: with them [N m, N], shape (loads, n).
         active: load, limit and how much of it is used, of each limit that is reached under the least squeeze.
@@ -121,7 +121,10 @@ class Squeeze(Record):
             *rows,
             ("largest factor on the loads", _factor(self.load_factor)),
             ("least friction", f"{self.least_friction:.3g}" if np.isfinite(self.least_friction) else "none holds"),
-            ("least effort limits", f"{self.least_effort:.3g} times these" if np.isfinite(self.least_effort) else "none"),
+            (
+                "least effort limits",
+                f"{self.least_effort:.3g} times these" if np.isfinite(self.least_effort) else "none",
+            ),
         ]
 
     def _torque(self) -> str:
@@ -280,7 +283,9 @@ def squeeze_of(held: Held, loads: Loads, terms: Terms) -> Squeeze:
         contacts=held.tips,
         joints=held.joints,
         contact_force=forces,
-        limit_surface_use=np.full((count, nc), np.nan) if least is None else limit_use(held, least.force, least.torsion),
+        limit_surface_use=np.full((count, nc), np.nan)
+        if least is None
+        else limit_use(held, least.force, least.torsion),
         joint_torque=torque,
         active=_active(held, loads, terms, least),
         active_largest=_active(held, loads, terms, largest),

@@ -20,7 +20,7 @@ def is_ellipse(curve: Array) -> bool:
 
 
 def facets(curve: Array, count: int = FACETS) -> Array:
-    """Rows (a, b) with a F + b T <= 1 for F, T >= 0 inside the limit surface: F = |f_t| / (mu f_z), T = |tau| / tau_max.
+    """Rows (a, b) with a F + b T <= 1 inside the limit surface, F = |f_t| / (mu f_z), T = |tau| / tau_max.
 
     The corners of the polygon lie on the surface, which is convex, so that all of the polygon is inside.
 

@@ -52,7 +52,8 @@ class WorstPush(Record):
 
     Attributes:
         kind: "force", through the centre of mass, or "moment".
-        profile: "ramp", grown without a jerk in 0.6 s and held; or "step", all at once and held for 0.5 s, where the overshoot counts.
+        profile: "ramp", grown without a jerk in 0.6 s and held for 0.3 s; or "step", all at once and held for 0.5 s, where
+            the overshoot counts.
         directions: unit vectors in base axes, shape (directions, 3).
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
@@ -119,7 +120,10 @@ class WorstPush(Record):
         ]  # fmt: skip
         if np.all(np.isfinite(self.mass)):
             rows.append(
-                ("mass that it survives", f"{self.mass[0]:.3g} to {self.mass[1]:.3g} kg, counting with {self.mass_known:g}")
+                (
+                    "mass that it survives",
+                    f"{self.mass[0]:.3g} to {self.mass[1]:.3g} kg, counting with {self.mass_known:g}",
+                )
             )
         return [*rows, ("directions, runs", f"{len(self.directions)}, {self.runs}")]
 
@@ -134,13 +138,14 @@ def worst_push(
 ) -> WorstPush:
     """The largest push in each direction that the start of a scenario survives under its controller.
 
-    The reference is held at the start. How the contact forces answer is linear near rest, `linear`; that tells how far
-    to push. Then each direction is pushed in the compiled loop with everything that is not linear: the object moves, tips
-    roll and slip, torques end at their limits. Survived is what lets no tip slip or lift and does not end the run.
-    Around the worst direction others are tried.
+    The reference is held at the start, or where the controller has come to rest. How the contact forces answer is
+    linear near rest, `linear`; that tells how far to push. Then each direction is pushed in the compiled loop with
+    everything that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what
+    lets no tip slip or lift and does not end the run. What is lost comes down until it is survived, closer for the worst
+    directions, and around the worst others are tried.
 
-    A ramp grows without a jerk in 0.6 s and is held for 0.3 s: slow beside the motions of a stiff loop, so that the answer
-    is that of rest. A step is worse, as the object overshoots.
+    A ramp grows without a jerk in 0.6 s and is held for 0.3 s: slow beside the motions of the loop, so that the answer
+    is nearly that of rest. A step is worse, as the object overshoots.
 
     Args:
         scenario: with a grasp at its start.
@@ -191,7 +196,7 @@ def worst_push(
 
 
 def _at_rest(scenario: Scenario) -> tuple[HeldStart, float]:
-    """Where a grasp rests under its controller, and when it does [s]: at the start, or once the controller let go of it."""
+    """Where a grasp rests under its controller, and when it does [s]: at the start, or where the controller takes it."""
     held_there(look(scenario))
     try:
         run = simulate(held_scenario(scenario, _PILOT))
@@ -210,8 +215,8 @@ def _must_hold(held: Held) -> None:
     k = int(np.argmax(use))
     if use[k] >= 1.0:
         raise GraspError(
-            f"{held.tips[k]} slips at the start without any push: it needs {use[k]:.3g} times its limit surface at mu = "
-            f"{held.friction[k]:g}; mu = {np.ceil(1e3 * use[k] * held.friction[k]) / 1e3:g} would do, or a larger "
+            f"{held.tips[k]} slips at the start without any push: it needs {use[k]:.3g} times its limit surface at "
+            f"mu = {held.friction[k]:g}; mu = {np.ceil(1e3 * use[k] * held.friction[k]) / 1e3:g} would do, or a larger "
             "grasp.internal_force (softhand squeeze tells which).",
             finger=held.tips[k], quantity="limit surface", value=float(use[k]),
         )  # fmt: skip
@@ -233,7 +238,13 @@ class _Pusher:
     """Pushes in the compiled loop."""
 
     def __init__(
-        self, scenario: Scenario, held: Held, kind: str, profile: str, quiet: float, threads: int | None,
+        self,
+        scenario: Scenario,
+        held: Held,
+        kind: str,
+        profile: str,
+        quiet: float,
+        threads: int | None,
         progress: Progress | None,
     ) -> None:
         length = _RAMP + _REST if profile == "ramp" else _STEP
@@ -353,7 +364,11 @@ def _grown(share: Array) -> Array:
 
 
 def pushes(
-    scenario: Scenario, ways: Array, sizes: Array, kind: Kind = "force", profile: Profile = "ramp",
+    scenario: Scenario,
+    ways: Array,
+    sizes: Array,
+    kind: Kind = "force",
+    profile: Profile = "ramp",
     threads: int | None = None,
 ) -> Array:
     """Which pushes the start of a scenario does not survive, as `worst_push` tries them.

@@ -22,12 +22,12 @@ from softhand.plots.panels import draw_legend, draw_note, draw_title, finish, fr
 from softhand.plots.style import DASHED, FINGERS, STYLE, WARNING, finger_color
 
 _SQUEEZE_NOTE = (
-    "Sum of the normal forces of all tips. Between the two curves some internal forces hold every load with that margin; "
-    "where they meet, or end, none holds with more. Good: the cross is between them, with room on both sides."
+    "Sum of the normal forces of all tips. Between the two curves some internal forces hold every load with that "
+    "margin; where they meet, or end, none holds with more. Good: the cross is between them, with room on both sides."
 )
 _MARGIN_NOTE = (
-    "Above: share of the limit surface of force and torsion that each tip has left. Good: never below the warning. Below: "
-    "how long the nearest tip will hold if all goes on as in the last {window:g} s; 0 is slip."
+    "Above: share of the limit surface of force and torsion that each tip has left. Good: never below the warning. "
+    "Below: how long the nearest tip will hold if all goes on as in the last {window:g} s; 0 is slip."
 )
 _PUSH_NOTE = (
     "Left: the largest push of each direction that is survived, in base axes. Right: the same by size, beside what the "
@@ -56,7 +56,9 @@ def draw_squeeze(curve: SqueezeCurve, title: str) -> Figure:
         axes = figure.add_axes((0.075, 0.13, 0.9, top - 0.13))
         share = 100.0 * curve.margin
         axes.plot(share, curve.least, color=FINGERS[0], marker="o", ms=3)
-        axes.plot(share, np.where(np.isfinite(curve.largest), curve.largest, np.nan), color=FINGERS[1], marker="o", ms=3)
+        axes.plot(
+            share, np.where(np.isfinite(curve.largest), curve.largest, np.nan), color=FINGERS[1], marker="o", ms=3
+        )
         finite = np.isfinite(curve.least) & np.isfinite(curve.largest)
         axes.fill_between(share[finite], curve.least[finite], curve.largest[finite], color=FINGERS[2], alpha=0.12, lw=0)
         axes.plot(100.0 * curve.chosen, curve.present, "+", color="black", ms=9, mew=1.8)
