@@ -196,7 +196,7 @@ def worst_push(
 
 
 def _at_rest(scenario: Scenario) -> tuple[HeldStart, float]:
-    """Where a grasp rests under its controller, and when it does [s]: at the start, or where the controller takes it."""
+    """Where a grasp rests under its controller, and when [s]: at the start, or where the controller takes it."""
     held_there(look(scenario))
     try:
         run = simulate(held_scenario(scenario, _PILOT))
