@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from softhand.errors import ModelError
-from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.bodies import NO_MASS
+from softhand.model.urdf.document import read_text
+from softhand.model.urdf.examination import HAND, examine
+from softhand.model.urdf.inertias import IMPOSSIBLE
+from softhand.model.urdf.joints import NO_EFFORT
 from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.repair import BALANCE
 from softhand.model.urdf.urdf import Urdf
+
+_DENSITY = 1200.0  # [kg/m^3], of printed plastic
+_REMEDIES = {
+    NO_EFFORT: "effort_limit = 1.0          # [N m or N], as the URDF has efforts of 0: write that of the motors",
+    IMPOSSIBLE: f'repair = "{BALANCE}"          # the URDF has inertias that no body has: the nearest possible ones',
+    NO_MASS: f"density = {_DENSITY}            # [kg/m^3], as links have no mass: from their shapes, of plastic",
+}
 
 _TEXT = """\
 # A hand of {count} fingers and a box. docs/scenario.md lists all keys; softhand check {name} explains these.
@@ -26,8 +40,8 @@ gravity = [0.0, 0.0, -9.81]  # [m/s^2], base frame
 urdf = {urdf}
 position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
 rpy = [0.0, 0.0, 0.0]       # [rad]
-# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out what
-# is no fingertip. Where x does not point out of the tip, turn it:
+{remedies}# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out
+# what is no fingertip. Where x does not point out of the tip, turn it:
 # {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
 tips = [
 {tips}
@@ -64,8 +78,20 @@ step = 0.001  # [s]
 """
 
 
-def blank_scenario(urdf: Path, file: Path) -> str:
-    """The text of a scenario for a hand, without a grasp.
+class Blank(NamedTuple):
+    """A scenario to begin from.
+
+    Attributes:
+        text: of its file.
+        remedies: lines of its hand without which the URDF would be refused, each with what to do about it.
+    """
+
+    text: str
+    remedies: list[str]
+
+
+def blank_scenario(urdf: Path, file: Path) -> Blank:
+    """A scenario for a hand, without a grasp.
 
     Args:
         urdf: of the hand.
@@ -74,7 +100,7 @@ def blank_scenario(urdf: Path, file: Path) -> str:
     Raises:
         ModelError: the URDF cannot be read as a hand, or it has fewer than two ends.
     """
-    hand = Urdf.read(urdf, HAND)
+    hand, remedies = _read(urdf)
     ends = hand.ends
     if len(ends) < 2:
         raise ModelError(
@@ -83,14 +109,29 @@ def blank_scenario(urdf: Path, file: Path) -> str:
             file=str(urdf),
         )
     position = ", ".join(f"{value:.3f}" for value in _middle(hand, ends))
-    return _TEXT.format(
+    text = _TEXT.format(
         count=len(ends),
         name=file.name,
         title=json.dumps(urdf.stem, ensure_ascii=False)[1:-1],
         urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
         tips="\n".join(f"    {json.dumps(name, ensure_ascii=False)}," for name in ends),
         position=position,
+        remedies="".join(f"{line}\n" for line in remedies),
     )
+    return Blank(text, remedies)
+
+
+def _read(urdf: Path) -> tuple[Urdf, list[str]]:
+    """The hand, and the lines of a scenario that it needs for that."""
+    found = examine(read_text(urdf), urdf, HAND, urdf.parent)
+    kinds = {finding.kind for finding in found.findings if finding.is_error} & set(_REMEDIES)
+    role = replace(
+        HAND,
+        effort_counts=NO_EFFORT not in kinds,
+        repair=BALANCE if IMPOSSIBLE in kinds else "",
+        density=_DENSITY if NO_MASS in kinds else None,
+    )
+    return Urdf.read(urdf, role), [line for kind, line in _REMEDIES.items() if kind in kinds]
 
 
 def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:

@@ -10,6 +10,9 @@ from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import numbers_of
 from softhand.model.urdf.tree import MOVING, Joint, Tree
 
+NO_EFFORT = "no effort"
+"""Kind of the error of a joint on which no torque can act."""
+
 _TYPES = (*MOVING, "fixed")
 _ROUNDING = 1e-3  # of an axis of a few digits
 _FAR = 1.0  # [m] between two joints of a hand
@@ -113,7 +116,7 @@ def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
             f'effort="{limit.get("effort")}": no {what} can act on the joint; write the largest {what} [{unit}], '
             'such as effort="2.0", or set hand.effort_limit.',
             "0",
-            "no effort",
+            NO_EFFORT,
         )
     if velocity == [0.0]:
         findings.warn(limit, 'velocity="0": the joint could not move; softhand does not use it.', "0", "no velocity")
