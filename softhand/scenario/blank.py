@@ -39,8 +39,8 @@ gravity = [0.0, 0.0, -9.81]  # [m/s^2], base frame
 [hand]
 urdf = {urdf}
 position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
-rpy = [0.0, 0.0, 0.0]       # [rad]
-{remedies}# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out
+rpy = [0.0, 0.0, 0.0]       # [rad]{remedies}
+# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out
 # what is no fingertip. Where x does not point out of the tip, turn it:
 # {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
 tips = [
@@ -116,7 +116,7 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
         urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
         tips="\n".join(f"    {json.dumps(name, ensure_ascii=False)}," for name in ends),
         position=position,
-        remedies="".join(f"{line}\n" for line in remedies),
+        remedies="".join(f"\n{line}" for line in remedies),
     )
     return Blank(text, remedies)
 

@@ -57,7 +57,7 @@ def _tries(name: str, package: str, path: str) -> tuple[list[Path], str]:
     if not there:
         where = f"looked for in {searched()}; give the path of a file"
         return [], f"{name}: there is no package of that name, {where}. {_shipped()}"
-    problem = f"{name}: the package is in {there[0]}, but has no such file. {_shipped()}"
+    problem = f"{name}: the package is installed in {there[0]}, but has no such file. {_shipped()}"
     return [folder / path for folder in folders], problem
 
 
