@@ -14,8 +14,9 @@ import numpy as np
 from softhand.model.shapes.pieces import Pieces, Triangles, fans, strips
 from softhand.numerics.arrays import Array
 
+_MOVES = ("matrix", "translate", "rotate", "scale", "skew", "lookat")
 _LONGEST = 50_000_000  # bytes
-_MOST_ELEMENTS, _MOST_NODES, _DEEPEST = 200_000, 10_000, 64
+_MOST_ELEMENTS, _MOST_NODES, _DEEPEST = 200_000, 4_000, 64
 
 
 def read_collada(data: bytes, most: int) -> tuple[Array, Triangles]:
@@ -105,7 +106,8 @@ class _Reader:
             raise ValueError(f"it has more than {_MOST_NODES} nodes, or they are nested too deeply")
         place = above
         for element in node:
-            place = place @ _transform(element)
+            if element.tag in _MOVES:
+                place = place @ _transform(element)
         for element in node:
             if element.tag == "instance_geometry":
                 self._add(self._target(element).get("id", ""), place)
@@ -170,7 +172,7 @@ class _Reader:
 
 
 def _transform(element: ElementTree.Element) -> Array:
-    """The matrix of an element that moves a node; that of the others is one."""
+    """The matrix of an element that moves a node."""
     place = np.eye(4)
     if element.tag == "matrix":
         return _floats(element.text).reshape(4, 4)
@@ -181,7 +183,7 @@ def _transform(element: ElementTree.Element) -> Array:
     elif element.tag == "rotate":
         *axis, degrees = _floats(element.text)
         place[:3, :3] = _about(np.array(axis), math.radians(degrees))
-    elif element.tag in ("skew", "lookat"):
+    else:
         raise ValueError(f"it has a <{element.tag}>, which is not read")
     return place
 
@@ -210,5 +212,5 @@ def _numbers(text: str | None, kind: np.dtype) -> Any:
         warnings.simplefilter("error", DeprecationWarning)  # for a text that has something else in it
         try:
             return np.fromstring(text, kind, sep=" ")
-        except DeprecationWarning as error:
+        except (DeprecationWarning, ValueError) as error:
             raise ValueError("it has a text where numbers must be") from error

@@ -17,7 +17,7 @@ from softhand.numerics.spatial import cross_matrix
 
 _LONGEST_JSON, _LONGEST = 16_000_000, 100_000_000  # bytes
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_MOST_NODES, _DEEPEST = 10_000, 64
+_MOST_NODES, _DEEPEST = 4_000, 64
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 
 
@@ -62,6 +62,7 @@ class _Reader:
         self._document, self._binary, self._folder = document, binary, folder
         self._pieces, self._visited = Pieces(most), 0
         self._most = most
+        self._meshes: dict[int, list[tuple[Array, Triangles]]] = {}
         self._buffers: dict[int, bytes] = {}
         self._read_bytes = 0
 
@@ -90,15 +91,22 @@ class _Reader:
         node = self._document["nodes"][_index(index)]
         place = above @ _place(node)
         if "mesh" in node:
-            for primitive in self._document["meshes"][_index(node["mesh"])]["primitives"]:
-                self._add(primitive, place)
+            for vertices, triangles in self._mesh(_index(node["mesh"])):
+                self._pieces.add(vertices, triangles, place)
         for child in node.get("children", []):
             self._walk(child, place, depth + 1)
 
-    def _add(self, primitive: Any, place: Array) -> None:
+    def _mesh(self, index: int) -> list[tuple[Array, Triangles]]:
+        if index not in self._meshes:
+            found = map(self._primitive, self._document["meshes"][index]["primitives"])
+            self._meshes[index] = [one for one in found if one is not None]
+        return self._meshes[index]
+
+    def _primitive(self, primitive: Any) -> tuple[Array, Triangles] | None:
+        """Vertices and triangles; None for points and lines."""
         mode = primitive.get("mode", 4)
-        if mode not in (4, 5, 6):  # points and lines
-            return
+        if mode not in (4, 5, 6):
+            return None
         vertices = self._accessor(primitive["attributes"]["POSITION"], 3)
         if "indices" in primitive:
             corners = self._accessor(primitive["indices"], 1)[:, 0].astype(np.int64)
@@ -106,12 +114,8 @@ class _Reader:
             corners = np.arange(len(vertices))
         n = len(corners)
         if mode == 4:
-            triangles = corners[: n - n % 3].reshape(-1, 3)
-        elif n < 3:
-            return
-        else:
-            triangles = corners[strips([n], self._most) if mode == 5 else fans(np.array([n]), self._most)]
-        self._pieces.add(vertices, triangles, place)
+            return vertices, corners[: n - n % 3].reshape(-1, 3)
+        return vertices, corners[strips([n], self._most) if mode == 5 else fans(np.array([n]), self._most)]
 
     def _accessor(self, index: int, width: int) -> Array:
         """The numbers of an accessor, shape (n, width)."""

@@ -13,6 +13,9 @@ MOST_TRIANGLES = 200_000
 """Of a file. The faces that are left of them are far fewer, and a hull of more would take a gigabyte."""
 
 
+_MOST_PIECES = 4_000
+
+
 def check_count(count: int, most: int, of: str = "triangles") -> None:
     """ValueError for too many of them."""
     if count > most:
@@ -45,6 +48,7 @@ class Pieces:
         """
         self._count += len(triangles)
         check_count(self._count, self.most)
+        check_count(len(self._triangles), _MOST_PIECES, "pieces")
         if not len(triangles):
             return
         if triangles.min() < 0 or triangles.max() >= len(vertices):
