@@ -25,6 +25,7 @@ from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.scenario.packages import package_file
 from softhand.scenario.scenario import load_scenario
+from softhand.settings.toml import parse_toml
 
 Array = np.ndarray
 MENDED = replace(HAND, repair="balance", density=1200.0)
@@ -332,3 +333,21 @@ def test_new_writes_the_lines_that_a_hand_needs(tmp_path: Path) -> None:
     (tmp_path / "c.urdf").write_text(text.replace("<axis", "<axes"))
     ended = run_command("new", "c.toml", "--hand", "c.urdf", folder=tmp_path)
     assert ended.returncode == 1 and "<axis>" in ended.errors and not (tmp_path / "c.toml").exists()
+
+
+def test_frames_of_the_palm_are_no_fingertips(tmp_path: Path) -> None:
+    """A frame on the base, and one on a palm that a wrist moves, are left out; one on a last link is taken."""
+    text = finger_urdf(inertial(), inertial(), inertial())
+    for frame, parent in (("camera", "palm"), ("middle", "link_0"), ("pad", "link_1")):
+        text = text.replace(
+            "</robot>",
+            f'<link name="{frame}"/><joint name="{frame}_j" type="fixed"><parent link="{parent}"/>'
+            f'<child link="{frame}"/></joint></robot>',
+        )
+    for k in (1, 2):  # on link_0, which becomes a palm
+        child = f'<child link="link_{k}"/>'
+        text = text.replace(f'<parent link="palm"/>{child}', f'<parent link="link_0"/>{child}')
+    (tmp_path / "a.urdf").write_text(text)
+    assert run_command("new", "a.toml", "--hand", "a.urdf", folder=tmp_path).returncode == 0
+    table = parse_toml((tmp_path / "a.toml").read_text())
+    assert table["hand"]["tips"] == ["link_2", "pad"]

@@ -336,5 +336,5 @@ def test_what_is_there_often_is_counted(
 ) -> None:
     """A few triangles, thousands of times: refused before they fill the memory."""
     assert len(read(make(3), name, tmp_path).triangles) == 12
-    with pytest.raises(ModelError, match="at most 4000 are read|more than 4000 nodes"):
+    with pytest.raises(ModelError, match=r"at most 4000 are read|more than 4000 nodes"):
         read(make(count), name, tmp_path)

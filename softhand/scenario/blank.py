@@ -101,7 +101,7 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
         ModelError: the URDF cannot be read as a hand, or it has fewer than two ends.
     """
     hand, remedies = _read(urdf)
-    ends = hand.ends
+    ends = _ends(hand)
     if len(ends) < 2:
         raise ModelError(
             f"{urdf}: got {len(ends)} end of the tree of links ({', '.join(ends)}); a hand that holds something "
@@ -132,6 +132,19 @@ def _read(urdf: Path) -> tuple[Urdf, list[str]]:
         density=_DENSITY if NO_MASS in kinds else None,
     )
     return Urdf.read(urdf, role), [line for kind, line in _REMEDIES.items() if kind in kinds]
+
+
+def _ends(hand: Urdf) -> list[str]:
+    """Links that carry no other, on bodies that no joint moves on: not the frames of a base or a palm."""
+    carrying = {joint.parent for joint in hand.moving_joints}
+    bodies = hand.tree.bodies()
+    outer = {
+        name
+        for leader, members in bodies.items()
+        if leader != hand.tree.root and not carrying & set(members)
+        for name in members
+    }
+    return [name for name in hand.ends if name in outer]
 
 
 def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:
