@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from commands import run_command
 from hands import BOX_URDF
 from hypothesis import given, settings
@@ -190,6 +192,32 @@ def test_a_mesh_that_cannot_be_read_is_told_once(tmp_path: Path) -> None:
     mesh = '<collision><geometry><mesh filename="part.stl"/></geometry></collision>'
     said = refusal(finger_urdf(mesh, inertial()), MENDED, tmp_path)
     assert "'link_0': no mass, and none from its shapes: mesh part.stl cannot be read" in said and "\n" not in said
+
+
+def test_a_mesh_that_was_changed_is_read_again(tmp_path: Path) -> None:
+    """The mass follows its mesh, though the URDF stayed."""
+    mesh = '<collision><geometry><mesh filename="part.stl"/></geometry></collision>'
+    (tmp_path / "a.urdf").write_text(finger_urdf(mesh, inertial()))
+    masses = []
+    for size in (0.02, 0.04):
+        trimesh.creation.box([size] * 3).export(tmp_path / "part.stl")
+        os.utime(tmp_path / "part.stl", (size * 1e5, size * 1e5))
+        masses.append(build_model(Urdf.read(tmp_path / "a.urdf", MENDED)).inertias[1].mass)
+    assert_allclose(masses, [1200.0 * 0.02**3, 1200.0 * 0.04**3], rtol=1e-6)
+    assert Urdf.read(tmp_path / "a.urdf", MENDED) is Urdf.read(tmp_path / "a.urdf", MENDED)
+
+
+def test_an_open_mesh_is_taken_as_its_hull(tmp_path: Path) -> None:
+    """A box without its lid has the mass of the box, and the warning says so; a sheet has none."""
+    box = trimesh.creation.box([0.02, 0.03, 0.04])
+    box.update_faces(np.arange(10))
+    box.export(tmp_path / "part.stl")
+    mesh = '<visual><geometry><mesh filename="part.stl"/></geometry></visual>'
+    hand = Urdf.parse(finger_urdf(mesh, inertial()), Path("a.urdf"), MENDED, tmp_path)
+    assert_allclose(build_model(hand).inertias[1].mass, 1200.0 * 0.02 * 0.03 * 0.04, rtol=1e-6)
+    assert "from its visual shape (the hull of a mesh that is open)" in warnings_of(hand)[0]
+    trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]]).export(tmp_path / "part.stl")
+    assert "mesh part.stl is flat" in refusal(finger_urdf(mesh, inertial()), MENDED, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -61,16 +61,18 @@ def read_mesh(file: Path, scale: Array, most: int = MOST_TRIANGLES) -> Mesh:
     except OSError as error:
         raise refused(file.name, f"cannot be read: {error}", "make it readable") from error
     try:
-        vertices, triangles = _read(suffix, data, most, file.parent)
+        with np.errstate(all="ignore"):  # what is no number is told below
+            vertices, triangles = _read(suffix, data, most, file.parent)
     except (ValueError, IndexError) as error:
         raise refused(file.name, f"cannot be read: {error}", f"simplify it, or {again}") from error
     if not len(triangles):
         raise refused(file.name, "has no triangles", "export the surface of a solid")
     used, index = np.unique(triangles, return_inverse=True)
-    vertices, triangles = vertices[used] * scale, index.reshape(-1, 3)
+    with np.errstate(all="ignore"):
+        vertices, triangles = vertices[used] * scale, index.reshape(-1, 3)
+        size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if not np.isfinite(vertices).all():
         raise refused(file.name, "has a vertex that is NaN or infinite", "export it again")
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if not 0.0 < size < _LARGEST:
         raise refused(
             file.name, f"is {size:.3g} m large",
@@ -102,8 +104,7 @@ def _read_stl(data: bytes, most: int) -> tuple[Array, Triangles]:
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
     if len(data) == _HEADER + _RECORD.itemsize * count:
         check_count(count, most)
-        with np.errstate(invalid="ignore"):  # NaN are refused below
-            corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
+        corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
         check_count(data.count(b"vertex") // 3, most)
         rows = (line.split() for line in data.split(b"\n"))

@@ -55,10 +55,8 @@ class Pieces:
             raise ValueError("a triangle has a vertex that is not there")
         used, index = np.unique(triangles, return_inverse=True)  # pieces may share one list of vertices
         triangles = index.reshape(-1, 3)
-        with np.errstate(all="ignore"):  # what is no number is refused where the mesh is read
-            moved = vertices[used] @ place[:3, :3].T + place[:3, 3]
-            turns = np.linalg.det(place[:3, :3]) < 0.0
-        self._vertices.append(moved)
+        turns = np.linalg.det(place[:3, :3]) < 0.0
+        self._vertices.append(vertices[used] @ place[:3, :3].T + place[:3, 3])
         self._triangles.append((triangles[:, ::-1] if turns else triangles) + self._points)
         self._points += len(used)
 
