@@ -25,6 +25,8 @@ from softhand.model.urdf.geometry import Geometry
 from softhand.model.urdf.meshes import find_mesh
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
+from softhand.numerics.spatial import rotation_of
+from softhand.scenario.blank import blank_scenario
 from softhand.scenario.packages import package_file
 from softhand.scenario.scenario import load_scenario
 from softhand.settings.toml import parse_toml
@@ -378,4 +380,22 @@ def test_frames_of_the_palm_are_no_fingertips(tmp_path: Path) -> None:
     (tmp_path / "a.urdf").write_text(text)
     assert run_command("new", "a.toml", "--hand", "a.urdf", folder=tmp_path).returncode == 0
     table = parse_toml((tmp_path / "a.toml").read_text())
-    assert table["hand"]["tips"] == ["link_2", "pad"]
+    assert [tip if isinstance(tip, str) else tip["frame"] for tip in table["hand"]["tips"]] == ["link_2", "pad"]
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_tips_are_turned_to_point_away_from_their_joints(axis: str, sign: float, tmp_path: Path) -> None:
+    """Whichever axis of the end it is; an end at its joint is told."""
+    out = sign * np.eye(3)["xyz".index(axis)]
+    text = finger_urdf(inertial(), inertial()).replace(
+        "</robot>",
+        '<link name="end"/><joint name="end_j" type="fixed"><parent link="link_0"/><child link="end"/>'
+        f'<origin xyz="{" ".join(str(0.03 * x) for x in out)}"/></joint></robot>',
+    )
+    (tmp_path / "a.urdf").write_text(text)
+    written = blank_scenario(tmp_path / "a.urdf", tmp_path / "a.toml").text
+    assert '"link_1",  # its origin is that of its joint' in written
+    (turned,) = [tip for tip in parse_toml(written)["hand"]["tips"] if tip != "link_1"]
+    rpy = [0.0, 0.0, 0.0] if turned == "end" else turned["rpy"]
+    assert_allclose(rotation_of(rpy)[:, 0], out, atol=1e-15)

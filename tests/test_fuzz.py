@@ -30,7 +30,7 @@ def test_inputs_of_strangers_are_taken_or_refused_in_words(kind: str, tmp_path: 
 
 
 FAILED = [("recording", 16), ("recording", 160), ("recording", 307), ("scenario", 1500), ("urdf", 2338), ("urdf", 2747),
-          ("csv", 30)]  # fmt: skip
+          ("csv", 30), ("found", 944)]  # fmt: skip
 """Kind and seed of inputs that once ended in another way."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,14 @@ from softhand.model.urdf.joints import NO_EFFORT
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.repair import BALANCE
 from softhand.model.urdf.urdf import Urdf
+
+_AT_JOINT = 1e-3  # [m]
+_QUARTER = math.pi / 2.0
+_TO_X = (
+    ((0.0, 0.0, 0.0), (0.0, 0.0, math.pi)),
+    ((0.0, 0.0, _QUARTER), (0.0, 0.0, -_QUARTER)),
+    ((0.0, -_QUARTER, 0.0), (0.0, _QUARTER, 0.0)),
+)  # [rad], roll, pitch, yaw that bring x to an axis, and to what is opposite of it
 
 _DENSITY = 1200.0  # [kg/m^3], of printed plastic
 _REMEDIES = {
@@ -41,7 +50,7 @@ urdf = {urdf}
 position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
 rpy = [0.0, 0.0, 0.0]       # [rad]{remedies}
 # Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out
-# what is no fingertip. Where x does not point out of the tip, turn it:
+# what is no fingertip. Where the axis that points away from the last joint is not x, the frame is turned:
 # {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
 tips = [
 {tips}
@@ -108,13 +117,14 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
             "needs two fingertips or more.",
             file=str(urdf),
         )
-    position = ", ".join(f"{value:.3f}" for value in _middle(hand, ends))
+    model = build_model(hand)
+    position = ", ".join(f"{value:.3f}" for value in _middle(model, ends))
     text = _TEXT.format(
         count=len(ends),
         name=file.name,
         title=json.dumps(urdf.stem, ensure_ascii=False)[1:-1],
         urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
-        tips="\n".join(f"    {json.dumps(name, ensure_ascii=False)}," for name in ends),
+        tips="\n".join(f"    {_tip(model, name)}" for name in ends),
         position=position,
         remedies="".join(f"\n{line}" for line in remedies),
     )
@@ -147,9 +157,23 @@ def _ends(hand: Urdf) -> list[str]:
     return [name for name in hand.ends if name in outer]
 
 
-def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:
+def _tip(model: pin.Model, name: str) -> str:
+    """The entry of an end, turned so that of its axes the one away from the last joint becomes x."""
+    frame, quoted = model.frames[model.getFrameId(name)], json.dumps(name, ensure_ascii=False)
+    out = frame.placement.rotation.T @ frame.placement.translation
+    if np.linalg.norm(out) < _AT_JOINT:
+        return f"{quoted},  # its origin is that of its joint: give the position at the tip, and rpy"
+    axis = int(np.argmax(np.abs(out)))
+    rpy = _TO_X[axis][int(out[axis] < 0.0)]
+    if not any(rpy):
+        return f"{quoted},"
+    label = json.dumps(f"{name}_soft", ensure_ascii=False)
+    why = f"{'-' if out[axis] < 0.0 else ''}{'xyz'[axis]} of the link points away from its joint"
+    return f"{{ name = {label}, frame = {quoted}, rpy = {list(rpy)} }},  # {why}"
+
+
+def _middle(model: pin.Model, ends: list[str]) -> np.ndarray:
     """The mean of the ends, all joints in the middle of their ranges [m], shape (3,)."""
-    model = build_model(hand)
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
     middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
     q = pin.neutral(model)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand.model.shapes.pieces import Triangles, check_count, fans
+from softhand.model.shapes.pieces import Pieces, Triangles, check_count, fans
 from softhand.numerics.arrays import Array
 
 _HEADER = 65536  # bytes
@@ -67,7 +67,9 @@ def read_ply(data: bytes, most: int) -> tuple[Array, Triangles]:
         if element.name == "face":
             break
     sizes, corners = faces
-    return vertices, corners[fans(sizes, most)]
+    pieces = Pieces(most)
+    pieces.add(vertices, corners[fans(sizes, most)], np.eye(4))
+    return pieces.all()
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
