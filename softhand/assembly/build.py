@@ -67,6 +67,8 @@ def assemble(setup: Setup) -> Simulation:
         scenario=scenario.to_toml(),
         pushes=[Push(**push.model_dump()) for push in scenario.push],
         keep=_kept(scenario),
+        sensing=setup.sensing,
+        actuation=setup.actuation,
     )
 
 
