@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import Field, field_validator
@@ -115,6 +116,26 @@ def check_loop(sensing: SensingSection | None, actuation: ActuationSection | Non
                 f"{path}.filter", one.filter, f"got {one.filter:.12g} Hz, but a control period of {period:.12g} s has "
                 f"no frequencies above {nyquist:.12g} Hz; give a lower one, or leave it out.",
             )  # fmt: skip
+
+
+def check_variables(
+    key: str, names: Iterable[str], sensing: SensingSection | None, actuation: ActuationSection | None
+) -> None:
+    """Variables that a run will have.
+
+    Raises:
+        ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives.
+    """
+    is_measured = sensing is not None and bool(sensing.instruments)
+    for name in names:
+        if name.startswith("measured_") and not is_measured:
+            needed, example = "[sensing]", "sensing.joint_position.noise"
+        elif name.endswith("_commanded") and actuation is None:
+            needed, example = "[actuation]", "actuation.delay"
+        else:
+            continue
+        message = f"{key}: {name!r} is there under {needed} alone; give that, such as {example}, or leave the name out."
+        raise ScenarioError(message, key=key, value=name)
 
 
 def periods_of(delay: float, period: float) -> int:

@@ -67,12 +67,19 @@ class Drive(NamedTuple):
     """Number of the last control period, -1 for none, shape (1,)."""
 
 
-def drive_of(actuation: Actuation, command: Array, effort_limit: Array, torque: Array, limited: AnyArray) -> Drive:
+def drive_of(
+    actuation: Actuation,
+    command: Array,
+    effort_limit: Array,
+    torque: Array,
+    limited: AnyArray,
+    commanded: Array | None = None,
+) -> Drive:
     """Drives at rest: before the run they have held the first command for long."""
     n = len(command)
     line, state = np.zeros((actuation.delay, n)), np.zeros(1 + 2 * n)
     return Drive(
-        command, np.zeros(n), effort_limit, torque, limited, actuation.rate_limit.copy(), actuation.decay.copy(),
+        command, np.zeros(n) if commanded is None else commanded, effort_limit, torque, limited, actuation.rate_limit.copy(), actuation.decay.copy(),
         actuation.mean.copy(), actuation.noise.copy(), np.array([actuation.seed]), line, state, line.copy(),
         state.copy(), np.full(1, -1),
     )  # fmt: skip
