@@ -52,13 +52,13 @@ def read_actuation(scenario: Scenario, world: World) -> Actuation | None:
 
 
 def left_out(scenario: Scenario) -> list[str]:
-    """Keys of what a loop of samples without delays, holds, filters and drives leaves out: dynamics and chance."""
+    """Keys of the dynamics that a loop of ideal instruments and drives leaves out: not bias, not noise, which has none."""
     found = []
     for name, one in (scenario.sensing.instruments if scenario.sensing is not None else {}).items():
         given = one.model_dump(exclude_none=True)
-        found += [f"sensing.{name}.{key}" for key, value in given.items() if key != "bias" and np.any(value)]
+        found += [f"sensing.{name}.{key}" for key, value in given.items() if key not in ("bias", "noise") and value]
     if scenario.actuation is not None:
-        given = scenario.actuation.model_dump(exclude_none=True, exclude={"seed"})
+        given = scenario.actuation.model_dump(exclude_none=True, exclude={"seed", "noise"})
         found += [f"actuation.{key}" for key, value in given.items() if np.any(value)]
     return found
 
