@@ -96,11 +96,15 @@ def section(name: str) -> str:
 
 
 def _rows(cls: type[Settings], path: str) -> Iterator[str]:
+    tables = [table for field in cls.model_fields.values() for table in _tables(field.annotation)]
+    alike = {table: None for table in tables if tables.count(table) > 1}
     for key, field in cls.model_fields.items():
         yield _key_row(path + key, field)
         inner = f"{path}{key}.NAME." if "dict" in str(field.annotation) else f"{path}{key}."
         for table in _tables(field.annotation):
-            yield from _rows(table, inner)
+            yield from () if table in alike else _rows(table, inner)
+    for table in alike:  # once for all keys that have such a table
+        yield from _rows(table, f"{path}NAME.")
 
 
 def _tables(annotation: Any) -> list[type[Settings]]:

@@ -163,7 +163,10 @@ def test_a_command_that_is_no_number_is_still_an_error() -> None:
         ({"actuation.lag": [0.001, 0.002]}, r"actuation\.lag: .* of length 2, but 9 joints need one number, or 9\."),
         ({"actuation.rate_limit": 0.0}, r"actuation\.rate_limit: got 0\.0, but it must be .*> 0"),
         ({"actuation.dely": 0.001}, r"actuation\.dely: unknown key .* Did you mean actuation\.delay\?"),
-        ({"record.variables": ["time", "joint_torque_commanded"]}, r"'joint_torque_commanded' is there under \[actuation\]"),
+        (
+            {"record.variables": ["time", "joint_torque_commanded"]},
+            r"'joint_torque_commanded' is there under \[actuation\]",
+        ),
     ],
 )
 def test_a_mistake_is_one_line_with_key_value_and_remedy(overrides: dict[str, Any], message: str) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hands import HAND_URDF  # noqa: F401  the hand is there
 from numpy.typing import NDArray
 
 import softhand
@@ -83,7 +82,7 @@ def share(cutoff: float) -> float:
     return float(-np.expm1(-2.0 * np.pi * cutoff * PERIOD))
 
 
-# ------------------------------------------------------------------------------------------------------------- chance
+# --------------------------------------------------------------------------------------------------------------- chance
 
 
 @pytest.mark.parametrize(
@@ -123,12 +122,8 @@ def noisy_errors(samples: int = 4000) -> tuple[Array, Array]:
         row = []
         for name, place in bench.place.items():
             true, seen = bench.chain.truth[place], bench.chain.measured[place]
-            if name == "object_orientation":
-                row.append(rotation_vector(R, seen.reshape(3, 3)))
-            elif name == "contact_normal":
-                row.append(seen - true)
-            else:
-                row.append(seen - true)
+            is_turn = name == "object_orientation"
+            row.append(rotation_vector(R, seen.reshape(3, 3)) if is_turn else seen - true)
         rows.append(np.concatenate(row))
     return np.array(rows), np.concatenate(list(deviations.values()))
 
@@ -177,9 +172,7 @@ def test_noise_of_the_orientation_is_the_same_about_all_axes_at_any_attitude(rpy
     bench = Bench(object_orientation=channel("object_orientation", noise=sigma))
     R = rotation_of(np.array(rpy))
     bench.set("object_orientation", R)
-    errors = np.array(
-        [rotation_vector(R, bench.read("object_orientation", k).reshape(3, 3)) for k in range(count)]
-    )
+    errors = np.array([rotation_vector(R, bench.read("object_orientation", k).reshape(3, 3)) for k in range(count)])
     assert np.all(np.abs(errors.mean(axis=0)) < 5.0 * sigma / np.sqrt(count))
     assert np.abs(errors.T @ errors / count / sigma**2 - np.eye(3)).max() < 5.0 * np.sqrt(2.0 / count)
 
@@ -199,6 +192,7 @@ def test_noise_of_a_normal_turns_it_alike_in_all_directions() -> None:
 
 def test_the_seed_is_all_that_differs_between_two_runs_of_the_same_instruments() -> None:
     """The same seed gives the same bits, another one other numbers; a period can be measured again."""
+
     def readings(seed: int, again: bool = False) -> Array:
         bench = Bench(seed, joint_position=channel("joint_position", noise=1.0, delay=2, stride=3, share=0.3))
         found = []
@@ -325,7 +319,7 @@ def test_a_bias_of_the_orientation_is_a_turn_about_axes_of_the_world() -> None:
     assert bench.read("object_orientation", 0).reshape(3, 3) == pytest.approx(turned(R, b), abs=1e-13)
 
 
-# ------------------------------------------------------------------------------------------ what a controller makes of it
+# ---------------------------------------------------------------------------------------- what a controller makes of it
 
 
 @cache
@@ -443,351 +437,13 @@ def test_a_law_in_plain_python_sees_what_is_measured_and_the_recording_has_both(
 
 
 @cache
-def noisy_errors(samples: int = 4000) -> tuple[Array, Array]:
-    """Errors of all components of all quantities, shape (samples, m), and the deviations that were asked for."""
-    rng = np.random.default_rng(1)
-    deviations = {name: rng.uniform(0.5, 2.0, size) * 1e-3 for name, size in components(JOINTS, TIPS).items()}
-    bench = Bench(seed=4, **{name: channel(name, noise=own) for name, own in deviations.items()})
-    R = rotation_of(np.array([0.4, -1.1, 2.0]))
-    n = np.array([[0.6, 0.0, 0.8], [0.0, -0.6, 0.8]])
-    bench.set("object_orientation", R)
-    bench.set("contact_normal", n)
-    rows = []
-    for k in range(samples):
-        measure(bench.chain, k)
-        row = []
-        for name, place in bench.place.items():
-            true, seen = bench.chain.truth[place], bench.chain.measured[place]
-            if name == "object_orientation":
-                row.append(rotation_vector(R, seen.reshape(3, 3)))
-            elif name == "contact_normal":
-                row.append(seen - true)
-            else:
-                row.append(seen - true)
-        rows.append(np.concatenate(row))
-    return np.array(rows), np.concatenate(list(deviations.values()))
-
-
-def plain_columns() -> list[int]:
-    """Of `noisy_errors`: all but those of the normals, which turn."""
-    columns, end = [], 0
-    for name, size in components(JOINTS, TIPS).items():
-        columns += [] if name == "contact_normal" else list(range(end, end + size))
-        end += size
-    return columns
-
-
-def test_noise_has_the_mean_and_the_deviation_that_are_asked_for_in_each_component() -> None:
-    """Within five deviations of what so many samples tell."""
-    errors, deviations = noisy_errors()
-    columns, count = plain_columns(), len(errors)
-    errors, deviations = errors[:, columns], deviations[columns]
-    assert np.all(np.abs(errors.mean(axis=0)) < 5.0 * deviations / np.sqrt(count))
-    assert np.all(np.abs(errors.std(axis=0) / deviations - 1.0) < 5.0 / np.sqrt(2.0 * count))
-
-
-def test_noise_is_normal() -> None:
-    """Its fourth moment is three squares of the variance: uniform noise would have 1.8."""
-    errors, deviations = noisy_errors()
-    columns = plain_columns()
-    kurtosis = np.mean((errors[:, columns] / deviations[columns]) ** 4)
-    assert abs(kurtosis - 3.0) < 5.0 * np.sqrt(96.0 / errors[:, columns].size)
-
-
-def test_noise_is_independent_between_quantities_components_and_samples() -> None:
-    """No correlation beyond chance between any two columns, nor from a sample to the next."""
-    errors, deviations = noisy_errors()
-    columns = plain_columns()
-    units = errors[:, columns] / deviations[columns]
-    count = len(units)
-    beside = units.T @ units / count - np.diag(np.mean(units**2, axis=0))
-    after = units[1:].T @ units[:-1] / count
-    assert max(np.abs(beside).max(), np.abs(after).max()) < 5.5 / np.sqrt(count)
-
-
-@pytest.mark.parametrize("rpy", [(0.0, 0.0, 0.0), (0.3, np.pi / 2, -0.4), (np.pi, 0.0, 0.0), (2.0, -1.2, 3.0)])
-def test_noise_of_the_orientation_is_the_same_about_all_axes_at_any_attitude(rpy: tuple[float, float, float]) -> None:
-    """The covariance of the rotation vector is sigma^2 times one: also at pitch 90 deg and half a turn."""
-    sigma, count = 0.05, 4000
-    bench = Bench(object_orientation=channel("object_orientation", noise=sigma))
-    R = rotation_of(np.array(rpy))
-    bench.set("object_orientation", R)
-    errors = np.array(
-        [rotation_vector(R, bench.read("object_orientation", k).reshape(3, 3)) for k in range(count)]
-    )
-    assert np.all(np.abs(errors.mean(axis=0)) < 5.0 * sigma / np.sqrt(count))
-    assert np.abs(errors.T @ errors / count / sigma**2 - np.eye(3)).max() < 5.0 * np.sqrt(2.0 / count)
-
-
-def test_noise_of_a_normal_turns_it_alike_in_all_directions() -> None:
-    """Two errors across the normal of sigma each, none along it, and the length stays."""
-    sigma, count = 0.02, 4000
-    bench = Bench(contact_normal=channel("contact_normal", noise=sigma))
-    n = np.array([0.48, -0.6, 0.64])
-    bench.set("contact_normal", np.tile(n, TIPS))
-    seen = np.array([bench.read("contact_normal", k)[:3] for k in range(count)])
-    assert np.allclose(np.linalg.norm(seen, axis=1), 1.0, atol=1e-14)
-    across = np.linalg.svd(n[None])[2][1:]
-    errors = seen @ across.T
-    assert np.abs(errors.T @ errors / count / sigma**2 - np.eye(2)).max() < 5.0 * np.sqrt(2.0 / count)
-
-
-def test_the_seed_is_all_that_differs_between_two_runs_of_the_same_instruments() -> None:
-    """The same seed gives the same bits, another one other numbers; a period can be measured again."""
-    def readings(seed: int, again: bool = False) -> Array:
-        bench = Bench(seed, joint_position=channel("joint_position", noise=1.0, delay=2, stride=3, share=0.3))
-        found = []
-        for k in range(20):
-            found.append(bench.read("joint_position", k))
-            if again:
-                assert np.array_equal(bench.read("joint_position", k), found[-1])
-        return np.array(found)
-
-    assert np.array_equal(readings(3), readings(3))
-    assert np.array_equal(readings(3), readings(3, again=True))
-    assert not np.any(readings(3) == readings(4))
-
-
-# ------------------------------------------------------------------------------------------- rounding, time, and frames
-
-
-def test_rounding_gives_whole_multiples_no_further_than_half_a_step() -> None:
-    """Of all plain quantities, with the bias rounded too."""
-    bench = Bench(joint_position=channel("joint_position", bias=0.013, quantum=0.01))
-    for k, value in enumerate(np.linspace(-0.3, 0.3, 50)):
-        bench.set("joint_position", np.full(JOINTS, value))
-        seen = bench.read("joint_position", k)
-        assert np.allclose(seen / 0.01, np.rint(seen / 0.01), atol=1e-9)
-        assert np.all(np.abs(seen - value - 0.013) <= 0.005 + 1e-12)
-
-
-def test_a_rounded_orientation_has_no_seam() -> None:
-    """Along two whole turns the error stays below what rounding of a quaternion can do, and it stays a rotation."""
-    quantum = 0.02
-    bench = Bench(object_orientation=channel("object_orientation", quantum=quantum))
-    axis = np.array([0.48, -0.6, 0.64])
-    found = set()
-    for k, angle in enumerate(np.linspace(0.0, 4.0 * np.pi, 3000)):
-        half = 0.5 * angle
-        x, y, z, w = *(np.sin(half) * axis), np.cos(half)
-        R = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                      [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                      [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])  # fmt: skip
-        bench.set("object_orientation", R)
-        seen = bench.read("object_orientation", k).reshape(3, 3)
-        assert np.allclose(seen.T @ seen, np.eye(3), atol=1e-13)
-        assert np.linalg.norm(rotation_vector(R, seen)) <= quantum + 1e-9  # 2 * sqrt(4) * (quantum / 2) / 2
-        found.add(seen.tobytes())
-    assert len(found) < 1500
-
-
-def test_a_delay_is_so_many_control_periods() -> None:
-    """And before the run all stood as at its first sample."""
-    bench = Bench(object_position=channel("object_position", delay=3))
-    for k in range(10):
-        bench.set("object_position", np.full(3, float(k)))
-        assert np.all(bench.read("object_position", k) == max(0.0, k - 3.0))
-
-
-def test_a_sample_is_held_until_the_next_one() -> None:
-    """A rate of a quarter of the loop's, at whole multiples of its own period."""
-    bench = Bench(object_position=channel("object_position", stride=4))
-    for k in range(13):
-        bench.set("object_position", np.full(3, float(k)))
-        assert np.all(bench.read("object_position", k) == 4.0 * (k // 4))
-
-
-def test_noise_is_drawn_once_a_sample() -> None:
-    """While a sample is held its noise is held, through a delay too."""
-    bench = Bench(object_position=channel("object_position", noise=1.0, stride=5, delay=2))
-    seen = np.array([bench.read("object_position", k)[0] for k in range(22)])
-    assert np.flatnonzero(np.diff(seen)).tolist() == [1, 6, 11, 16]
-
-
-def test_the_filter_answers_a_step_as_a_low_pass_of_first_order() -> None:
-    """1 - exp(-2 pi f t), t to the end of the period that has the step in it."""
-    cutoff = 25.0
-    bench = Bench(object_position=channel("object_position", share=share(cutoff)))
-    bench.read("object_position", 0)
-    for k in range(1, 40):
-        bench.set("object_position", np.ones(3))
-        expected = 1.0 - np.exp(-2.0 * np.pi * cutoff * k * PERIOD)
-        assert bench.read("object_position", k) == pytest.approx(expected, abs=1e-13)
-
-
-def test_the_filter_turns_an_orientation_about_the_axis_of_the_step() -> None:
-    """The angle answers as a number does, from an attitude on the seam of roll, pitch and yaw."""
-    cutoff, step = 25.0, 1.3
-    bench = Bench(object_orientation=channel("object_orientation", share=share(cutoff)))
-    start, axis = rotation_of(np.array([np.pi, 0.2, np.pi])), np.array([0.48, -0.6, 0.64])
-    end = turned(start, step * axis)
-    bench.set("object_orientation", start)
-    bench.read("object_orientation", 0)
-    bench.set("object_orientation", end)
-    for k in range(1, 30):
-        seen = bench.read("object_orientation", k).reshape(3, 3)
-        angle = step * (1.0 - np.exp(-2.0 * np.pi * cutoff * k * PERIOD))
-        assert rotation_vector(start, seen) == pytest.approx(angle * axis, abs=1e-12)
-
-
-def turned(R: Array, w: Array) -> Array:
-    """exp([w]x) R, by the series."""
-    cross = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-    power, total = np.eye(3), np.eye(3)
-    for k in range(1, 30):
-        power = power @ cross / k
-        total = total + power
-    return total @ R
-
-
-def test_a_joint_without_end_is_filtered_across_its_seam() -> None:
-    """From just below pi to just above, the short way."""
-    bench = Bench(continuous=[1], joint_position=channel("joint_position", share=0.5))
-    bench.set("joint_position", np.full(JOINTS, np.pi - 0.1))
-    bench.read("joint_position", 0)
-    bench.set("joint_position", np.full(JOINTS, -np.pi + 0.1))
-    seen = bench.read("joint_position", 1)
-    assert abs(abs(seen[1]) - np.pi) < 1e-12
-    assert abs(seen[0]) < 1e-12  # a joint with an end is a number
-
-
-def test_a_bias_of_the_orientation_is_a_turn_about_axes_of_the_world() -> None:
-    """R_seen = exp(b) R."""
-    b = np.array([0.1, -0.2, 0.3])
-    bench = Bench(object_orientation=channel("object_orientation", bias=b))
-    R = rotation_of(np.array([1.0, 0.5, -2.0]))
-    bench.set("object_orientation", R)
-    assert bench.read("object_orientation", 0).reshape(3, 3) == pytest.approx(turned(R, b), abs=1e-13)
-
-
-# ------------------------------------------------------------------------------------------ what a controller makes of it
-
-
-@cache
-def moving() -> tuple[Simulation, State]:
-    """Target A on its way, with everything in motion."""
-    simulation = build("target-a")
-    for _ in range(200):
-        simulation.sample()
-        simulation.step()
-    return simulation, simulation.save()
-
-
-def seen_with(instruments: dict[str, Any], scenario: str = "target-a") -> tuple[Observation, Observation]:
-    """What is true at `moving`, and what is seen there."""
-    simulation = build(load_scenario(scenario, {f"sensing.{name}": one for name, one in instruments.items()}))
-    saved = moving()[1]
-    simulation.reset(State(saved.q, saved.v, saved.z, saved.time))
-    seen = simulation.sample()
-    assert seen is simulation.observation
-    assert seen is not simulation.truth
-    return simulation.truth, seen
-
-
-def test_ideal_instruments_show_the_truth_in_all_fields() -> None:
-    """Each field of an observation, computed anew from what is measured, is what it was."""
-    truth, seen = seen_with({name: {} for name in QUANTITIES})
-    for name in FIELDS:
-        true, own = getattr(truth, name), getattr(seen, name)
-        assert np.allclose(own, true, rtol=0.0, atol=1e-12 * max(1.0, np.abs(true).max(initial=0.0))), name
-    assert seen.time == truth.time
-
-
-@pytest.mark.parametrize("law", ["hertz", "conservative"])
-def test_ideal_instruments_show_the_truth_of_laws_in_surface_coordinates(law: str) -> None:
-    """Whose contact axes are those of the object."""
-    changes = {"fingertip": {"law": law, "radius": 0.01, "friction": 0.6, "contact": "coulomb"}}
-    simulation = build(load_scenario("target-a", {**changes, **{f"sensing.{name}": {} for name in QUANTITIES}}))
-    for _ in range(5):
-        simulation.sample()
-        simulation.step()
-    seen, truth = simulation.sample(), simulation.truth
-    for name in FIELDS:
-        true, own = getattr(truth, name), getattr(seen, name)
-        assert np.allclose(own, true, rtol=0.0, atol=1e-11 * max(1.0, np.abs(true).max(initial=0.0))), name
-
-
-def test_kinematics_are_those_of_the_measured_joints() -> None:
-    """Tips, Jacobians and gravity as the plant has them where the joints are measured, not where they are."""
-    n = moving()[0].plant.world.n_joints
-    bias = np.linspace(-0.02, 0.03, n)
-    truth, seen = seen_with({"joint_position": {"bias": bias.tolist()}})
-    saved = moving()[1]
-    there = saved.q.copy()
-    there[:n] += bias
-    elsewhere = Probe.of_scenario(load_scenario("target-a")).at(State(there, saved.v, saved.z), saved.time)
-    for name in ("joint_position", "tip_position", "tip_rotation", "tip_jacobian", "gravity_torque", "configuration"):
-        assert np.allclose(getattr(seen, name), getattr(elsewhere, name), rtol=0.0, atol=1e-13), name
-        assert not np.allclose(getattr(seen, name), getattr(truth, name), rtol=0.0, atol=1e-4), name
-    assert seen.object_coordinates == pytest.approx(truth.object_coordinates, abs=1e-14)
-
-
-def test_contacts_lie_on_the_measured_tips() -> None:
-    """At R along the normal from the tip's middle, with the normal that the tip feels, and the grasp map follows."""
-    bias = np.linspace(-0.02, 0.03, moving()[0].plant.world.n_joints)
-    truth, seen = seen_with({"joint_position": {"bias": bias.tolist()}, "contact_compression": {"bias": 2e-4},
-                             "object_position": {"bias": [0.001, 0.002, -0.003]}})  # fmt: skip
-    for i, tip in enumerate(seen.fingertips):
-        R = tip.law.radius - truth.deformation[i, 0] - 2e-4
-        normal = seen.tip_rotation[i] @ truth.tip_rotation[i].T @ truth.contact_rotation[i, :, 2]
-        assert seen.contact_rotation[i, :, 2] == pytest.approx(normal, abs=1e-12)
-        assert seen.contact_point[i] == pytest.approx(seen.tip_position[i] + R * normal, abs=1e-12)
-    arms = seen.contact_point - seen.object_position
-    force = np.einsum("irk,ik->ir", seen.contact_rotation, seen.contact_force[:, :3])
-    wrench = seen.grasp_matrix @ seen.contact_force.ravel()
-    assert wrench[:3] == pytest.approx(force.sum(axis=0), abs=1e-12)
-    torsion = np.einsum("ir,i->r", seen.contact_rotation[:, :, 2], seen.contact_force[:, 3])
-    assert wrench[3:] == pytest.approx(np.cross(arms, force).sum(axis=0) + torsion, abs=1e-12)
-
-
-def test_a_bias_of_the_force_is_in_axes_of_the_tip() -> None:
-    """As of a sensor that is fixed in it, and the internal force follows."""
-    bias = np.array([0.3, -0.2, 0.1])
-    truth, seen = seen_with({"contact_force": {"bias": bias.tolist()}, "contact_torsion": {"bias": 1e-3}})
-    for i in range(len(seen.contact_force)):
-        there = seen.contact_rotation[i] @ seen.contact_force[i, :3]
-        true = truth.contact_rotation[i] @ truth.contact_force[i, :3]
-        assert truth.tip_rotation[i].T @ (there - true) == pytest.approx(bias, abs=1e-12)
-    assert seen.contact_force[:, 3] == pytest.approx(truth.contact_force[:, 3] + 1e-3, abs=1e-15)
-    expected = np.linalg.pinv(truth.internal_force_basis) @ seen.contact_force[:, :3].ravel()
-    assert seen.internal_force == pytest.approx(expected, abs=1e-10)
-
-
-def test_a_bias_of_the_normal_is_a_turn_in_axes_of_the_tip() -> None:
-    """One for each tip if so many are given."""
-    biases = np.array([[0.05, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0, 0.0, -0.03]])
-    truth, seen = seen_with({"contact_normal": {"bias": biases.ravel().tolist()}})
-    for i, b in enumerate(biases):
-        before, after = (one.tip_rotation[i].T @ one.contact_rotation[i, :, 2] for one in (truth, seen))
-        assert after == pytest.approx(turned(np.eye(3), b) @ before, abs=1e-13)
-
-
-class Spying(Controller):
-    """A law of a user in plain Python that notes what it is shown."""
-
-    def start(self, observation: Observation) -> Any:
-        return observation.joint_position.copy()
-
-    def torque(self, observation: Observation, memory: Any) -> Any:
-        assert np.array_equal(observation.copy().joint_position, observation.joint_position)
-        return observation.gravity_torque + 0.02 * observation.joint_position, memory
-
-
-def test_a_law_in_plain_python_sees_what_is_measured_and_the_recording_has_both() -> None:
-    """Its torque is that of the measured positions; the true ones are beside them."""
-    scenario = load_scenario("target-a", {"sensing.joint_position": {"noise": 1e-3, "delay": 0.002}}, duration=0.02)
-    run = build(scenario, Spying()).run()
-    assert np.std(run.measured_joint_position - run.joint_position) > 5e-4
-    torque = run.joint_torque - 0.02 * run.measured_joint_position
-    plain = run.joint_torque - 0.02 * run.joint_position
-    smooth, rough = (np.abs(np.diff(one, axis=0)).mean() for one in (torque, plain))
-    assert smooth < rough or np.std(torque) < np.std(plain)
-
-
-@cache
 def noisy(name: str, controller: str = "") -> Recording:
     """A run of 0.06 s with all instruments and drives."""
-    given = {"sensing": {**ALL, "seed": 1}, "actuation": DRIVES, **({"controller": {"name": controller}} if controller else {})}
+    given = {
+        "sensing": {**ALL, "seed": 1},
+        "actuation": DRIVES,
+        **({"controller": {"name": controller}} if controller else {}),
+    }
     return build(load_scenario(name, given, duration=0.06)).run()
 
 
@@ -814,12 +470,12 @@ def test_compare_shows_all_controllers_the_same_noise() -> None:
     assert np.std(errors[0]) > 0.005
 
 
-# ------------------------------------------------------------------------------------------------------ runs in two pieces
+# --------------------------------------------------------------------------------------------------- runs in two pieces
 
 
 @pytest.mark.parametrize("cut", [0, 1, 2, 5, 18])
 def test_a_run_that_is_cut_in_two_goes_on_to_the_last_bit(cut: int) -> None:
-    """Delay lines, held samples, filters, rate limits, lags and the noise: through a file, after the sample or before."""
+    """Delay lines, held samples, filters, rate limits, lags, noise: through a file, before the sample or after it."""
     whole = noisy("target-a")
     first = build(recorded_scenario(whole))
     for _ in range(cut):
@@ -843,7 +499,7 @@ def test_a_state_of_other_instruments_is_refused() -> None:
         build("target-a").reset(state)
 
 
-# ------------------------------------------------------------------------------------------------------ the compiled loop
+# ---------------------------------------------------------------------------------------------------- the compiled loop
 
 
 @pytest.mark.parametrize("name", ["target-a", "finger-only", "computed-torque"])
@@ -889,13 +545,15 @@ def test_a_formula_of_a_user_sees_what_is_measured_in_both_loops() -> None:
 def test_a_law_in_plain_python_runs_in_the_loop_in_python_with_the_same_noise() -> None:
     """And the record says so."""
     scenario = load_scenario("target-a", {"sensing.joint_position.noise": 1e-3}, duration=0.008)
-    runs = softhand.rollout(scenario, {"sensing.seed": [2]}, Spying(), variables=["measured_joint_position"], every=0.001)
+    runs = softhand.rollout(
+        scenario, {"sensing.seed": [2]}, Spying(), variables=["measured_joint_position"], every=0.001
+    )
     assert not runs.compiled.any()
     single = build(scenario.replace({"sensing.seed": 2}), Spying()).run()
     assert np.array_equal(runs.measured_joint_position[0], single.measured_joint_position)
 
 
-# -------------------------------------------------------------------------------------------------------- without sections
+# ----------------------------------------------------------------------------------------------------- without sections
 
 
 def test_without_the_sections_nothing_is_there_of_them() -> None:
@@ -921,7 +579,7 @@ def test_ideal_instruments_and_drives_change_nothing_but_rounding() -> None:
     assert np.array_equal(ideal.joint_torque, ideal.joint_torque_commanded)
 
 
-# ------------------------------------------------------------------------------------------------------------- linear models
+# -------------------------------------------------------------------------------------------------------- linear models
 
 
 def test_the_torque_by_the_error_of_each_component_is_that_of_the_controller() -> None:
@@ -965,7 +623,7 @@ def test_what_is_measured_is_no_output_of_a_linear_model() -> None:
         softhand.linearize("hold", outputs=["measured_object_rpy"])
 
 
-# ---------------------------------------------------------------------------------------------------------------- mistakes
+# ------------------------------------------------------------------------------------------------------------- mistakes
 
 
 @pytest.mark.parametrize(
@@ -1011,7 +669,7 @@ def test_an_instrument_that_the_controller_does_not_read_is_told() -> None:
         simulate("target-a", overrides={"sensing.joint_position.noise": 1e-4}, duration=0.002)
 
 
-# ------------------------------------------------------------------------------------------------------------------- words
+# ---------------------------------------------------------------------------------------------------------------- words
 
 
 def test_the_section_has_all_quantities_and_no_others() -> None:

@@ -52,7 +52,7 @@ def read_actuation(scenario: Scenario, world: World) -> Actuation | None:
 
 
 def left_out(scenario: Scenario) -> list[str]:
-    """Keys of the dynamics that a loop of ideal instruments and drives leaves out: not bias, not noise, which has none."""
+    """Keys of what a loop of ideal instruments and drives leaves out, but noise, which has no dynamics, and bias."""
     found = []
     for name, one in (scenario.sensing.instruments if scenario.sensing is not None else {}).items():
         given = one.model_dump(exclude_none=True)

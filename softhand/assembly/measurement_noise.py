@@ -66,7 +66,7 @@ def measurement_noise(
     variances: list[Array] = [np.zeros(0)]
     rounding: list[Array] = [np.zeros(0)]
     biases: dict[str, tuple[float, ...]] = {}
-    for name, channel in (sensing.channels.items() if sensing is not None and section is not None else ()):
+    for name, channel in sensing.channels.items() if sensing is not None and section is not None else ():
         labels = _labels(name, world)
         names += [f"{name} {label}" for label in labels]
         units += _units(name, world)

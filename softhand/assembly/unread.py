@@ -41,6 +41,6 @@ def unread(setup: Setup) -> Iterator[str]:
         if all(np.array_equal(getattr(with_error, field), getattr(without, field), equal_nan=True) for field in fields):
             who = plugin_name("controllers", type(setup.controller))
             yield (
-                f"sensing.{name}: the controller {who!r} does not read it while it runs, so that it does nothing but at "
-                "the start; leave it out, or choose another controller."
+                f"sensing.{name}: the controller {who!r} does not read it while it runs, so that it does nothing but "
+                "at the start; leave it out, or choose another controller."
             )

@@ -86,8 +86,8 @@ def rollout(
     scenarios = [varied(base, table, index) for index, table in enumerate(tables)]
     names = tuple(variables)
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
-    for one in scenarios:
-        check_variables("variables", names, one.sensing, one.actuation)
+    for each in scenarios:
+        check_variables("variables", names, each.sensing, each.actuation)
     count = _threads(threads)
     must_fit(scenarios, keeps)
     resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()

@@ -65,8 +65,8 @@ def linearize(
     The derivatives are those of the steps as they are computed, by central differences extrapolated once. Where one way
     crosses a switch, that a contact touches, slips, or meets another face or edge, they are one-sided, on the side that
     the state is on, and `switches` says so. Effort limits count in the closed loop, where a torque that is cut does not
-    follow the command. Switches inside a controller or a law are not seen. Of the sections `sensing` and `actuation` the
-    closed loop has the biases alone, which can be parameters: `sensing.object_position.bias`.
+    follow the command. Switches inside a controller or a law are not seen. Of the sections `sensing` and `actuation`
+    the closed loop has the biases alone, which can be parameters: `sensing.object_position.bias`.
 
     Args:
         source: a scenario, its name or path, or a recording.
@@ -99,8 +99,8 @@ def linearize(
     ideal = left_out(at.setup.scenario) if closed else []
     if ideal:
         warnings.warn(
-            f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; softhand.simulate "
-            "shows what they do.",
+            f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; "
+            "softhand.simulate shows what they do.",
             ScenarioWarning,
             stacklevel=2,
         )

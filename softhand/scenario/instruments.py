@@ -12,7 +12,7 @@ from softhand.errors import ScenarioError
 from softhand.settings.settings import Gain, NonNegative, Positive, Settings
 
 Offset: TypeAlias = float | Annotated[tuple[float, ...], Field(min_length=1)]
-Seed: TypeAlias = Annotated[int, Field(ge=0, lt=2**53)]
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=10**9)]
 
 _MOST_PERIODS = 10_000
 _COARSEST = 1.0  # of what turns
@@ -77,7 +77,7 @@ class SensingSection(Settings):
 
 
 class ActuationSection(Settings):
-    """What becomes of a commanded torque: it is delayed, cut to the effort limits, limited in its rate, lags, is noisy."""
+    """What becomes of a commanded torque: delay, effort limit, rate limit, lag, noise, in this order."""
 
     delay: NonNegative = 0.0
     """Time until a command arrives, a whole number of control periods [s]."""

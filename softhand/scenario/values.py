@@ -49,7 +49,10 @@ def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
         if isinstance(kind, type) and issubclass(kind, Settings)
     }
     for name, unit in units.get("sensing", {}).items():
-        units[f"sensing.{name}"] = {**_units(InstrumentSection), **dict.fromkeys(("noise", "bias", "quantisation"), unit)}
+        units[f"sensing.{name}"] = {
+            **_units(InstrumentSection),
+            **dict.fromkeys(("noise", "bias", "quantisation"), unit),
+        }
     fingertip = table["fingertip"]
     chosen = [
         ("fingertip", "laws", fingertip["law"]),

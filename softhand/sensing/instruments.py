@@ -18,7 +18,7 @@ from softhand.sensing.fields import FIELDS, pick
 from softhand.sensing.groups import parts_of
 from softhand.sensing.measuring import Chain
 from softhand.sensing.observation import Observation
-from softhand.sensing.quantities import ROTATION, QUANTITIES, Quantity, Sensing, counts, items_of
+from softhand.sensing.quantities import QUANTITIES, ROTATION, Quantity, Sensing, counts, items_of
 from softhand.sensing.seen import Observed, Parts, Seen, see_measured
 from softhand.sensing.sensor import Sensor, Wanted
 

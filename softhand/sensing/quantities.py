@@ -1,4 +1,4 @@
-"""What is measured of a grasp, and what a measurement does to it. All else that a controller sees follows from these."""
+"""What is measured of a grasp, and by what instruments. All else that a controller sees follows from these."""
 
 from __future__ import annotations
 

@@ -189,7 +189,9 @@ def _place_tip(pad, pose, object_pose, measured, i, contact):
     for row in range(3):
         tip, normal = pose[9 + row], 0.0
         for k in range(3):
-            axis = pose[row] * pad.rotation[0, k] + pose[3 + row] * pad.rotation[1, k] + pose[6 + row] * pad.rotation[2, k]
+            axis = (
+                pose[row] * pad.rotation[0, k] + pose[3 + row] * pad.rotation[1, k] + pose[6 + row] * pad.rotation[2, k]
+            )
             normal += axis * n[k]
             tip += pose[3 * k + row] * pad.position[k]
         contact.tip[row], contact.rotation[row, 2] = tip, normal
@@ -202,7 +204,9 @@ def _place_tip(pad, pose, object_pose, measured, i, contact):
     for row in range(3):
         there = 0.0
         for k in range(3):
-            axis = pose[row] * pad.rotation[0, k] + pose[3 + row] * pad.rotation[1, k] + pose[6 + row] * pad.rotation[2, k]
+            axis = (
+                pose[row] * pad.rotation[0, k] + pose[3 + row] * pad.rotation[1, k] + pose[6 + row] * pad.rotation[2, k]
+            )
             there += axis * f[k]
         x += contact.rotation[row, 0] * there
         y += contact.rotation[row, 1] * there

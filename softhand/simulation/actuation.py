@@ -79,9 +79,9 @@ def drive_of(
     n = len(command)
     line, state = np.zeros((actuation.delay, n)), np.zeros(1 + 2 * n)
     return Drive(
-        command, np.zeros(n) if commanded is None else commanded, effort_limit, torque, limited, actuation.rate_limit.copy(), actuation.decay.copy(),
-        actuation.mean.copy(), actuation.noise.copy(), np.array([actuation.seed]), line, state, line.copy(),
-        state.copy(), np.full(1, -1),
+        command, np.zeros(n) if commanded is None else commanded, effort_limit, torque, limited,
+        actuation.rate_limit.copy(), actuation.decay.copy(), actuation.mean.copy(), actuation.noise.copy(),
+        np.array([actuation.seed]), line, state, line.copy(), state.copy(), np.full(1, -1),
     )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.steppers.stepper import Integration
 
-
 _OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state")
 
 

@@ -46,9 +46,7 @@ class Samples:
         largest_Phi: of each tip so far [rad], shape (nc,).
     """
 
-    def __init__(
-        self, plant: Plant, live: Mapping[str, AnyArray], sizes: Sizes, period: float, keep: Keep
-    ) -> None:
+    def __init__(self, plant: Plant, live: Mapping[str, AnyArray], sizes: Sizes, period: float, keep: Keep) -> None:
         self._plant, self._sizes, self._period, self._keep = plant, sizes, period, keep
         self._k = np.zeros((), np.int64)
         live = {"period": self._k, **live}

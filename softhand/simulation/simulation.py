@@ -345,7 +345,7 @@ class Simulation:
     def _live(self) -> dict[str, AnyArray]:
         """What a sample is a copy of, by the names of `Samples`."""
         recorded = slice(room(self.truth.known.sizes, RECORDED))
-        live = {
+        live: dict[str, AnyArray] = {
             "observed": self._sensor.block[recorded],
             "joint_torque": self.torque,
             "torque_limited": self.torque_limited,
