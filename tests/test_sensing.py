@@ -627,30 +627,37 @@ def test_what_is_measured_is_no_output_of_a_linear_model() -> None:
 
 
 @pytest.mark.parametrize(
-    ("overrides", "message"),
+    ("key", "value", "message"),
     [
-        ({"sensing.joint_positon.noise": 1e-3}, r"sensing\.joint_positon: unknown key .* Did you mean sensing\.joint_position\?"),
-        ({"sensing.joint_position.nois": 1e-3}, r"sensing\.joint_position\.nois: unknown key .*sensing\.joint_position\.noise\?"),
-        ({"sensing.joint_position.noise": -1e-3}, r"sensing\.joint_position\.noise: got -0\.001, but it must be .*>= 0"),
-        ({"sensing.joint_position.noise": [1e-3, 1e-3]}, r"noise: got \[0\.001, 0\.001\] of length 2, but 9 joints need"),
-        ({"sensing.object_position.bias": [0.1]}, r"bias: got \[0\.1\] of length 1, but 3 axes need one number, or 3"),
-        ({"sensing.contact_force.bias": [0.1] * 4}, r"length 4, but 3 fingertips with 3 axes each need one number, or 9"),
-        ({"sensing.object_position.delay": 0.0014}, r"delay: got 0\.0014 s, .* whole number .* value is 0\.001\."),
-        ({"sensing.object_position.delay": 20.0}, r"delay: got 20 s, but it may be at most 10 s"),
-        ({"sensing.object_position.rate": 2000.0}, r"rate: got 2000 Hz, but the controller asks 1000 times a second"),
-        ({"sensing.object_position.rate": 300.0}, r"rate: got 300 Hz, .* the nearest good value is 333\.3"),
-        ({"sensing.object_position.filter": 500.0}, r"filter: got 500 Hz, .* no frequencies above 500 Hz"),
-        ({"sensing.object_orientation.quantisation": 2.0}, r"object_orientation: .*quantisation is 2 rad, .* at most 1"),
-        ({"sensing.seed": -1}, r"sensing\.seed: got -1, but it must be a whole number >= 0"),
-        ({"sensing.seed": 0.5}, r"sensing\.seed: got 0\.5, but it must be a whole number"),
-        ({"record.variables": ["time", "measured_object_rpy"]}, r"record\.variables: 'measured_object_rpy' is there under \[sensing\] alone"),
+        ("joint_positon.noise", 1e-3, r"joint_positon: unknown key .* Did you mean sensing\.joint_position\?"),
+        ("joint_position.nois", 1e-3, r"joint_position\.nois: unknown key .*sensing\.joint_position\.noise\?"),
+        ("joint_position.noise", -1e-3, r"noise: got -0\.001, but it must be .*>= 0"),
+        ("joint_position.noise", [1e-3, 1e-3], r"noise: got \[0\.001, 0\.001\] of length 2, but 9 joints need"),
+        ("object_position.bias", [0.1], r"bias: got \[0\.1\] of length 1, but 3 axes need one number, or 3"),
+        ("contact_force.bias", [0.1] * 4, r"length 4, but 3 fingertips with 3 axes each need one number, or 9"),
+        ("object_position.delay", 0.0014, r"delay: got 0\.0014 s, .* whole number .* value is 0\.001\."),
+        ("object_position.delay", 20.0, r"delay: got 20 s, but it may be at most 10 s"),
+        ("object_position.rate", 2000.0, r"rate: got 2000 Hz, but the controller asks 1000 times a second"),
+        ("object_position.rate", 300.0, r"rate: got 300 Hz, .* the nearest good value is 333\.3"),
+        ("object_position.filter", 500.0, r"filter: got 500 Hz, .* no frequencies above 500 Hz"),
+        ("object_orientation.quantisation", 2.0, r"quantisation is 2 rad, but it must be at most 1"),
+        ("seed", -1, r"sensing\.seed: got -1, but it must be a whole number >= 0"),
+        ("seed", 0.5, r"sensing\.seed: got 0\.5, but it must be a whole number"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_one_line_with_key_value_and_remedy(overrides: dict[str, Any], message: str) -> None:
+def test_a_mistake_is_one_line_with_key_value_and_remedy(key: str, value: Any, message: str) -> None:
     """And nothing runs."""
     with pytest.raises(ScenarioError, match=message) as caught:
-        build(load_scenario("target-a", overrides))
+        build(load_scenario("target-a", {f"sensing.{key}": value}))
     assert "\n" not in str(caught.value)
+
+
+def test_a_variable_that_no_instrument_gives_cannot_be_recorded() -> None:
+    """The message says what it needs."""
+    with pytest.raises(
+        ScenarioError, match=r"record\.variables: 'measured_object_rpy' is there under \[sensing\] alone"
+    ):
+        load_scenario("target-a", {"record.variables": ["time", "measured_object_rpy"]})
 
 
 def test_runs_that_do_not_measure_have_no_measured_variables() -> None:
