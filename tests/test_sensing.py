@@ -634,7 +634,7 @@ def test_what_is_measured_is_no_output_of_a_linear_model() -> None:
         ("joint_position.noise", -1e-3, r"noise: got -0\.001, but it must be .*>= 0"),
         ("joint_position.noise", [1e-3, 1e-3], r"noise: got \[0\.001, 0\.001\] of length 2, but 9 joints need"),
         ("object_position.bias", [0.1], r"bias: got \[0\.1\] of length 1, but 3 axes need one number, or 3"),
-        ("contact_force.bias", [0.1] * 4, r"length 4, but 3 fingertips with 3 axes each need one number, or 9"),
+        ("contact_force.bias", [0.1] * 4, r"length 4, but 3 fingertips with 3 axes each need one number, 3 or 9"),
         ("object_position.delay", 0.0014, r"delay: got 0\.0014 s, .* whole number .* value is 0\.001\."),
         ("object_position.delay", 20.0, r"delay: got 20 s, but it may be at most 10 s"),
         ("object_position.rate", 2000.0, r"rate: got 2000 Hz, but the controller asks 1000 times a second"),
