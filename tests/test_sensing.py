@@ -6,6 +6,7 @@ import json
 import pickle
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -17,6 +18,7 @@ import softhand
 from softhand import Controller, Observation, Recording, ScenarioError, Simulation, build, load_scenario, simulate
 from softhand.assembly.instruments import left_out, read_sensing
 from softhand.assembly.probe import Probe, recorded_scenario
+from softhand.checks.recording import check_recording
 from softhand.checks.scenario import check_scenario
 from softhand.errors import ScenarioWarning
 from softhand.numerics.philox import normal, philox
@@ -490,6 +492,16 @@ def test_a_run_that_is_cut_in_two_goes_on_to_the_last_bit(cut: int) -> None:
         for name in whole.variables:
             if name not in ("slip_travel", "slip_twist", "slip_loss"):
                 assert np.array_equal(rest[name], whole[name][cut:], equal_nan=True), name
+
+
+def test_a_recording_through_instruments_is_beyond_doubt_and_one_without_lacks_none() -> None:
+    """What is there under the sections alone is missing only where some of it is there."""
+    noisy_run, plain = noisy("target-a"), build("target-a", duration=0.01).run()
+    assert not check_recording(plain).errors
+    for run in (noisy_run, plain):
+        assert not [text for text in check_recording(run).warnings if "it has no" in text]
+    less = replace(noisy_run, variables={k: v for k, v in noisy_run.variables.items() if k != "measured_object_rpy"})
+    assert [text for text in check_recording(less).warnings if "it has no measured_object_rpy" in text]
 
 
 def test_a_state_of_other_instruments_is_refused() -> None:
