@@ -8,10 +8,12 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hands import LAYOUTS, make_named_task, random_state
 from numpy.typing import NDArray
 
 import softhand
@@ -20,17 +22,20 @@ from softhand.assembly.instruments import left_out, read_sensing
 from softhand.assembly.probe import Probe, recorded_scenario
 from softhand.checks.recording import check_recording
 from softhand.checks.scenario import check_scenario
+from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioWarning
 from softhand.numerics.philox import normal, philox
 from softhand.numerics.rotations import rotation_vector
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.state import State
+from softhand.references.reference import Desired
 from softhand.scenario.instruments import InstrumentSection, SensingSection
 from softhand.scenario.schema import scenario_schema
 from softhand.sensing.fields import FIELDS
-from softhand.sensing.instruments import MEASURED
+from softhand.sensing.instruments import MEASURED, Instruments
 from softhand.sensing.measuring import Chain, measure
 from softhand.sensing.quantities import QUANTITIES, Channel, Sensing, components, counts, items_of
+from softhand.sensing.sensor import Sensor
 
 Array = NDArray[np.float64]
 
@@ -352,6 +357,22 @@ def test_ideal_instruments_show_the_truth_in_all_fields() -> None:
         true, own = getattr(truth, name), getattr(seen, name)
         assert np.allclose(own, true, rtol=0.0, atol=1e-12 * max(1.0, np.abs(true).max(initial=0.0))), name
     assert seen.time == truth.time
+
+
+@pytest.mark.parametrize("layout", list(LAYOUTS))
+def test_ideal_instruments_show_the_truth_of_any_hand(layout: str, tmp_path: Path) -> None:
+    """A wrist, joints without end, canted tips, two and four fingers: in motion, the object turned."""
+    task = make_named_task(layout, tmp_path)
+    plant, pairs = task.plant(), len(contact_pairs(task.world.n_tips))
+    desired = Desired(*np.zeros((3, 6)), np.zeros(pairs))
+    state = random_state(task, np.random.default_rng(5))
+    truth = Sensor(plant, desired).observe(state, 0.0)
+    sizes = components(task.world.n_joints, task.world.n_tips)
+    sensing = Sensing({name: Channel(np.zeros(size), np.zeros(size)) for name, size in sizes.items()})
+    seen = Instruments(plant, truth, sensing, desired).see(0)
+    for name in FIELDS:
+        true, own = getattr(truth, name), getattr(seen, name)
+        assert np.allclose(own, true, rtol=0.0, atol=1e-12 * max(1.0, np.abs(true).max(initial=0.0))), name
 
 
 @pytest.mark.parametrize("law", ["hertz", "conservative"])
