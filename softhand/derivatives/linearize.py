@@ -95,8 +95,8 @@ def linearize_at(
     at: Situation, parameters: Iterable[str] = (), outputs: Iterable[str] = (), closed: bool = False
 ) -> Linearization:
     """As `linearize`, where the place is known already."""
-    keep = _kept(outputs, at)
-    chosen = find_parameters(at, parameters)
+    keep, names = _kept(outputs, at), [parameters] if isinstance(parameters, str) else list(parameters)
+    chosen = find_parameters(at, names) if names else []
     return _Work(at, keep, closed).linearization(chosen)
 
 

@@ -57,7 +57,7 @@ class Place:
     @property
     def period(self) -> float:
         """For which a torque is held [s]."""
-        control_period = self.setup.scenario.control_period
+        control_period = self.setup.asked.control_period
         return whole_periods(self.setup.controller, control_period) * control_period
 
     @property
