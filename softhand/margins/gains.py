@@ -3,40 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from softhand.errors import SofthandError
-from softhand.margins.loop import Loop, close_loop, growth_of
+from softhand.margins.loop import Loop, close_loop, growth_of, is_stable
 from softhand.margins.place import Place
 from softhand.margins.search import Range, stable_range
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 
 _AFFINE = 1e-6
 """Off a straight line by that share of its change, a feedback counts as on it."""
-_FREQUENCIES = 400
+_FREQUENCIES, _SLOWEST = 400, 1e-5
+"""At which a disk margin is looked for, and the slowest [rad] a period."""
 
 
-class GainMargin(NamedTuple):
-    """How far one gain may go."""
+@dataclass(frozen=True)
+class GainMargin(Record):
+    """How far one setting of a controller may go.
+
+    Attributes:
+        name: of the setting.
+        value: now, in its unit.
+        factors: on it, with which no motion grows.
+    """
+
+    units: ClassVar = {"factors": "1"}
 
     name: str
-    """A numeric setting of the controller, or `torque of JOINT`."""
+    value: Any
     factors: Range
-    """On its value."""
 
 
-class DiskMargin(NamedTuple):
-    """How far gain and phase of the torque of one joint may change at once, with the other loops closed."""
+@dataclass(frozen=True)
+class JointMargin(Record):
+    """How far the torque that a controller gives one joint may be off, what is held at rest left as it is.
+
+    Attributes:
+        joint: its name, or `all joints` for all at once.
+        factors: on the torque, with which no motion grows; the loops of the other joints are as they are.
+        disk: alpha = 1 / max |S - 1/2| of the sensitivity S at the joint; NaN for a loop that is not stable, and for
+            all joints at once.
+        gain: a factor on the torque, or its inverse, with which a loop of that disk margin is stable whatever the phase
+            within `phase` is: (2 + alpha) / (2 - alpha), infinite from alpha = 2 on.
+        phase: the angle by which it may be late, whatever the factor within `gain` is: 2 atan(alpha / 2).
+    """
+
+    units: ClassVar = {"factors": "1", "disk": "1", "gain": "1", "phase": "deg"}
 
     joint: str
-    margin: float
-    """alpha = 1 / max |S - 1/2| of the sensitivity S at the joint; NaN for a loop that is not stable."""
-    gain: float
-    """Factor on the torque, or its inverse, (2 + alpha) / (2 - alpha); infinite from alpha = 2 on."""
-    phase: float
-    """Angle of the torque [deg], 2 atan(alpha / 2)."""
+    factors: Range
+    disk: float = np.nan
+    gain: float = np.nan
+    phase: float = np.nan
 
 
 def numeric_settings(place: Place) -> dict[str, Any]:
@@ -74,7 +96,7 @@ def gain_margin(loop: Loop, place: Place, name: str) -> GainMargin:
         except SofthandError:  # the controller does not work with such a value
             return np.nan
 
-    return GainMargin(name, stable_range(growth))
+    return GainMargin(name, value, stable_range(growth))
 
 
 def _affine(loop: Loop, at: Callable[[float], Loop]) -> Callable[[float], Array] | None:
@@ -91,34 +113,32 @@ def _affine(loop: Loop, at: Callable[[float], Loop]) -> Callable[[float], Array]
     return (lambda factor: none + factor * rise) if off <= _AFFINE * scale else None
 
 
-def joint_margins(loop: Loop) -> list[GainMargin]:
-    """Factors on the torque that the controller gives one joint, and all of them, with which no motion grows."""
-    names = ("all joints", *loop.inputs)
-    rows = np.vstack([np.ones(len(loop.inputs)), np.eye(len(loop.inputs))])
-    return [
-        GainMargin(
-            f"torque of {name}",
-            stable_range(lambda factor, row=row: growth_of(loop.with_torque(1.0 + (factor - 1.0) * row), loop.period)),
-        )
-        for name, row in zip(names, rows, strict=True)
-    ]
+def joint_margins(loop: Loop) -> tuple[JointMargin, ...]:
+    """Of all joints at once, then of each."""
+    ones = np.ones(len(loop.inputs))
+    found = [JointMargin("all joints", _torque_range(loop, ones))]
+    for joint, row, disk in zip(loop.inputs, np.diag(ones), _disks(loop), strict=True):
+        gain = (2.0 + disk) / (2.0 - disk) if not disk >= 2.0 else np.inf
+        phase = np.degrees(2.0 * np.arctan(0.5 * disk))
+        found.append(JointMargin(joint, _torque_range(loop, row), float(disk), float(gain), float(phase)))
+    return tuple(found)
 
 
-def disk_margins(loop: Loop) -> list[DiskMargin]:
-    """Of each joint, at frequencies up to half that of sampling, those of the poles among them."""
+def _torque_range(loop: Loop, row: Array) -> Range:
+    return stable_range(lambda factor: growth_of(loop.with_torque(1.0 + (factor - 1.0) * row), loop.period))
+
+
+def _disks(loop: Loop) -> Array:
+    """alpha of each joint, over frequencies up to half that of sampling, those of the poles among them."""
     n, size = len(loop.inputs), len(loop.step)
     poles = np.linalg.eigvals(loop.step)
+    if not is_stable(loop.growth):
+        return np.full(n, np.nan)
     angles = np.abs(np.angle(poles[np.abs(poles) > 1e-9]))
-    angles = np.concatenate([np.geomspace(1e-5, np.pi, _FREQUENCIES), angles[angles > 1e-9]])
+    angles = np.concatenate([np.geomspace(_SLOWEST, np.pi, _FREQUENCIES), angles[angles > _SLOWEST]])
     push = np.vstack([loop.B, np.zeros((size - len(loop.A), n))])
     largest = np.zeros(n)
     for angle in angles:
         answer = np.linalg.solve(np.exp(1j * angle) * np.eye(size) - loop.step, push)
-        S = 1.0 + np.einsum("ij,ji->i", loop.K, answer)
-        largest = np.maximum(largest, np.abs(S - 0.5))
-    found = []
-    for joint, size_ in zip(loop.inputs, largest, strict=True):
-        alpha = 1.0 / size_ if np.max(np.abs(poles)) < 1.0 + 1e-7 else np.nan
-        gain = (2.0 + alpha) / (2.0 - alpha) if alpha < 2.0 else np.inf
-        found.append(DiskMargin(joint, float(alpha), float(gain), float(np.degrees(2.0 * np.arctan(0.5 * alpha)))))
-    return found
+        largest = np.maximum(largest, np.abs(0.5 + np.einsum("ij,ji->i", loop.K, answer)))
+    return 1.0 / largest

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.closed_loop.linearize import linearize_plant
 from softhand.controllers.controller import Controller
 from softhand.derivatives.linearization import Linearization, Switch
 from softhand.derivatives.linearize import linearize_at
@@ -16,6 +19,7 @@ from softhand.derivatives.situation import Situation
 from softhand.errors import ControllerError, SimulationStopped, SofthandError
 from softhand.margins.place import Place
 from softhand.numerics.arrays import Array
+from softhand.numerics.record import Record
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.simulation.asking import raised_by
@@ -25,7 +29,7 @@ NEUTRAL = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class Loop(Record):
     """One control period of plant and controller beside a state.
 
     x has joints, object in its own axes, their rates, the stored deformation of contacts that slip, and what relaxing
@@ -39,16 +43,19 @@ class Loop:
         K: torques by (x, m), zero where an effort limit holds, shape (n, s + m).
         N: next m by (x, m), shape (m, s + m).
         states: names of x, then of m.
-        units: of x, then "" for each of m.
+        state_units: of x, then "" for each of m.
         inputs: names of the joints.
         input_units: of their torques.
         moving: numbers of joints and object, nv; x begins with so many displacements and as many rates.
         remembered: how many of x are memories of dampings, its last ones.
         switches: of the linearization.
-        C: outputs by (x, m), shape (y, s + m).
-        outputs: their names.
+        C: displacement of joints, of the object along and about the axes of the world, and internal forces by (x, m),
+            shape (y, s + m).
+        outputs: names of these.
         output_units: and units.
     """
+
+    units: ClassVar = {"period": "s", **dict.fromkeys(("A", "B", "K", "N", "C"), "SI, by the names of rows and columns")}
 
     period: float
     A: Array
@@ -56,7 +63,7 @@ class Loop:
     K: Array
     N: Array
     states: tuple[str, ...]
-    units: tuple[str, ...]
+    state_units: tuple[str, ...]
     inputs: tuple[str, ...]
     input_units: tuple[str, ...]
     moving: int
@@ -101,7 +108,7 @@ def is_stable(growth: float) -> bool:
 
 
 def close_loop(
-    place: Place, period: float | None = None, controller: Controller | None = None, outputs: tuple[str, ...] = ()
+    place: Place, period: float | None = None, controller: Controller | None = None, with_outputs: bool = False
 ) -> Loop:
     """The loop at a place.
 
@@ -109,19 +116,20 @@ def close_loop(
         place: where.
         period: other than that of the scenario, for which the torque is held [s].
         controller: in place of that of the scenario.
-        outputs: variables of a recording.
+        with_outputs: whether C is computed; else it has no rows.
 
     Raises:
         ControllerError: the controller raised, or its torque has no derivative.
         SimulationStopped: the period does not come to its end, or has no derivative.
     """
     situation = (place.with_controller(controller) if controller else place).situation(period)
-    model = _linear(situation, True, outputs)
+    model = _linear(situation, True, ("internal_force",) if with_outputs else ())
     closed = model.closed
     assert closed is not None
     spread, gather, names, units, remembered = _coordinates(situation, model)
     s, m = len(model.A), len(closed.A) - len(model.A)
     spread_all = np.block([[spread, np.zeros((s, m))], [np.zeros((m, spread.shape[1])), np.eye(m)]])
+    C, outputs, output_units = _outputs(situation, model, closed.C) if with_outputs else (closed.C, (), ())
     return Loop(
         period=model.period,
         A=gather @ model.A @ spread,
@@ -129,15 +137,15 @@ def close_loop(
         K=closed.K @ spread_all,
         N=closed.A[s:] @ spread_all,
         states=(*names, *closed.states[s:]),
-        units=(*units, *("" for _ in closed.states[s:])),
+        state_units=(*units, *("" for _ in closed.states[s:])),
         inputs=model.inputs,
         input_units=model.input_units,
         moving=len(situation.state.v),
         remembered=remembered,
         switches=model.switches,
-        C=closed.C @ spread_all,
-        outputs=model.outputs,
-        output_units=model.output_units,
+        C=C @ spread_all,
+        outputs=outputs,
+        output_units=output_units,
     )
 
 
@@ -147,6 +155,20 @@ def plant_over(place: Place, time: float) -> tuple[Array, Array]:
     model = _linear(situation, False, ())
     spread, gather, *_ = _coordinates(situation, model)
     return gather @ model.A @ spread, gather @ model.B
+
+
+def without_sampling(loop: Loop, place: Place) -> float:
+    """Growth of the fastest growing motion if the controller answered at once [1/s]: the eigenvalues of A + B K.
+
+    NaN for a controller whose torque depends on its memory of earlier samples, which has no law without sampling, and
+    where a contact slips.
+    """
+    nv, s = loop.moving, len(loop.A)
+    if not loop.is_smooth or s != 2 * nv + loop.remembered:
+        return math.nan
+    situation = place.situation()
+    model = linearize_plant(situation.plant, situation.state, situation.torque)
+    return float(np.max(np.linalg.eigvals(model.A + model.B @ loop.K[:, :s]).real))
 
 
 def _linear(situation: Situation, closed: bool, outputs: tuple[str, ...]) -> Linearization:
@@ -171,6 +193,17 @@ def _linear(situation: Situation, closed: bool, outputs: tuple[str, ...]) -> Lin
             controller=type(controller).__name__, reason="controller", time=time,
         )  # fmt: skip
     return model
+
+
+def _outputs(
+    situation: Situation, model: Linearization, forces: Array
+) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
+    world, n = situation.plant.world, len(model.inputs)
+    C = np.zeros((n + 6, forces.shape[1]))
+    R = world.object_rotation(situation.state.q)
+    C[:n, :n], C[n : n + 3, n : n + 3], C[n + 3 :, n + 3 : n + 6] = np.eye(n), R, R
+    names = (*model.inputs, *(f"object {what} {axis}" for what in ("position", "turn") for axis in "xyz"))
+    return np.vstack([C, forces]), (*names, *model.outputs), (*model.state_units[: n + 6], *model.output_units)
 
 
 def _first_bad(matrix: Array, columns: tuple[str, ...]) -> str:

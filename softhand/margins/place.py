@@ -106,7 +106,7 @@ class Place:
         return Situation(setup, _plant(setup), probe, state, memory, torque, setup.law, held)
 
 
-def place(source: Scenario | Recording, at: At | None = None) -> Place:
+def find_place(source: Scenario | Recording, at: At | None = None) -> Place:
     """Where a loop is looked at.
 
     Args:
