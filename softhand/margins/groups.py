@@ -74,7 +74,7 @@ class Groups:
             told.append((share, f"{what} {way} its {_axis(moved[ways], parts[ways])}"))
         known = {*self._fingers, *(one for one in shares if one.startswith((SHIFTS, TURNS)))}
         told += [(share, name) for name, share in shares.items() if name not in known]
-        told.sort(key=lambda one: -one[0])
+        told.sort(key=lambda one: -round(one[0], 3))  # equal ones in their order, whatever the last digits are
         chosen = [one for one in told[:_MOST] if one[0] >= _NAMED] or told[:1]
         return ", ".join(f"{words} {100.0 * share:.0f} %" for share, words in chosen)
 

@@ -17,8 +17,8 @@ from softhand.simulation.samples import Samples
 
 CYCLES, CYCLE, FRAME = 4, 1.0, 0.02
 """Swings of the picture, the time of each and of a frame [s]."""
-_TURN, _SHIFT = 0.06, 2e-3  # largest of any joint or of the object [rad, m]
-_PRESSING = 0.6  # share of its depth that a tip may lose or gain
+_TURN, _SHIFT = 0.15, 5e-3  # largest of any joint or of the object [rad, m]
+_PRESSING = 0.8  # share of its depth that a tip may lose or gain
 _LEAST = 0.2  # of the size, at the small end
 
 
@@ -26,8 +26,8 @@ def record_mode(place: Place, mode: Mode) -> Recording:
     """A mode as a recording that viewers, films and reports play.
 
     A swing takes 1 s, whatever it takes in truth; a motion that does not ring comes and goes once. The picture grows or
-    dies out as the mode does, over as many swings, to a fifth at most. Joints and object move by at most 0.06 rad and
-    2 mm, and no tip lets go. The attribute `mode` of the recording says what it shows.
+    dies out as the mode does, over as many swings, to a fifth at most. Joints and object move by at most 0.15 rad and
+    5 mm, and no tip lets go. The attribute `mode` of the recording says what it shows.
 
     Args:
         place: where.
@@ -44,15 +44,14 @@ def record_mode(place: Place, mode: Mode) -> Recording:
     size = np.exp(decades * times / duration - max(decades, 0.0))
     shape = mode.shape / _largest(place, mode.shape)
     swing = np.exp(1j * rings * times)
-    samples = Samples(
-        plant, sensor, np.zeros(n), np.zeros(n, np.int8), FRAME, Keep.all()
-    )  # fmt: skip
-    for k, (time, amount) in enumerate(zip(times, size[:, None] * np.column_stack([swing.real, -swing.imag]), strict=True)):
+    samples = Samples(plant, sensor, np.zeros(n), np.zeros(n, np.int8), FRAME, Keep.all())
+    amounts = size[:, None] * np.column_stack([swing.real, -swing.imag])
+    for k, (time, amount) in enumerate(zip(times, amounts, strict=True)):
         motion.update(place.state.time)
         sensor.observe(_beside(place, shape @ amount), float(time))
         samples.record(k, always=True)
-    note = f"{mode}; {_slowness(mode)}"
-    scenario = setup.scenario.model_copy(update={"duration": duration, "control_period": FRAME})
+    note, scenario = f"{mode}; {_slowness(mode)}", setup.scenario
+    scenario = scenario.model_copy(update={"duration": duration, "title": f"{scenario.title}: {mode}"})
     return samples.recording(scenario.to_toml(), "", (), {"mode": note})
 
 

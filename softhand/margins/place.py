@@ -133,7 +133,7 @@ def find_place(source: Scenario | Recording, at: At | None = None) -> Place:
     return _asked_to_stay(found) if at == END else found
 
 
-def places(source: Scenario | Recording, count: int) -> Iterator[Place]:
+def find_places(source: Scenario | Recording, count: int) -> Iterator[Place]:
     """Evenly along a run, from its first sample to its last; that of a scenario is computed.
 
     A scenario has the memory of its controller at each; of a recording the controller begins anew there.
@@ -177,6 +177,8 @@ def _of_run(setup: Setup, wanted: Sequence[int]) -> Iterator[Place]:
 
 
 def _recorded(recording: Recording) -> tuple[Setup, Plant]:
+    if "mode" in recording.attributes:
+        raise RecordingError("the recording shows a mode, enlarged, and is no run; give one of a run.", file=None)
     if not len(recording):
         raise RecordingError("the recording has no samples, and so no state; compute the run anew.", file=None)
     setup = resolve(recorded_scenario(recording))
