@@ -1,4 +1,4 @@
-"""softhand stability: how fast small motions grow, what moves in them, and how far the loop is from where it is lost."""
+"""softhand stability: how fast small motions grow, what moves in them, and how far the loop is from being lost."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ def stability(
     ] = False,
     along: Annotated[bool, typer.Option("--along", help="Look at samples along the whole run.")] = False,
     scan: Annotated[
-        bool, typer.Option("--scan", help="Scan K_O of regulation against the stiffness of the tips, in a second figure.")
+        bool,
+        typer.Option("--scan", help="Scan K_O of regulation against the stiffness of the tips, in a second figure."),
     ] = False,
     mode: Annotated[int, typer.Option(metavar="K", help="Mode for --mode-out; 1 is the fastest growing.")] = 1,
     mode_out: Annotated[
@@ -94,14 +95,14 @@ def stability(
 
     with progress(f"linearising {scenario}", 1.0, quiet) as report:
         found = find_stability(source, scan, report, at=where, with_margins=margins)
-    shown = found.mode_recording(mode) if mode_out is not None else None
+    shown = found.mode_recording(mode) if mode_out else None
     printer.json(found)
     printer.table(scenario, found.rows())
     target = _figure(scenario, out)
     save_figure(draw_modes(found, f"Small motions about {found.where} of {name_of(scenario)}"), target)
     printer.say(f"wrote {target}")
     _write_scan(found, scenario, target, printer)
-    if shown is not None:
+    if shown is not None and mode_out is not None:
         shown.save(mode_out)
         printer.say(f"wrote {mode_out}, for softhand view and softhand film")
 

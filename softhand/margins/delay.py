@@ -29,32 +29,23 @@ def delayed_step(loop: Loop, place: Place, delay: float) -> Array:
     """
     n, s, size = len(loop.inputs), len(loop.A), len(loop.step)
     whole, rest = divmod(delay, loop.period)
-    if loop.period - rest < _ROUNDING * loop.period:
-        whole, rest = whole + 1.0, 0.0
     d = int(whole)
-    if rest < _ROUNDING * loop.period:
-        late, soon = np.zeros_like(loop.B), loop.B
-        d_all = d
+    if min(rest, loop.period - rest) < _ROUNDING * loop.period:
+        d, reach = round(delay / loop.period), [loop.B]
     else:
         move, soon = plant_over(place, loop.period - rest)
-        late = move @ plant_over(place, rest)[1]
-        d_all = d + 1
-    if d_all == 0:
-        return loop.step
-    step = np.zeros((size + d_all * n,) * 2)
+        reach = [soon, move @ plant_over(place, rest)[1]]
+    waiting = d + len(reach) - 1
+    step = np.zeros((size + waiting * n,) * 2)
     step[:s, :s], step[s:size, :size] = loop.A, loop.N
-    ways = [loop.K, *(None for _ in range(d_all))]
-    for age, matrix in ((d, soon), (d + 1, late)):
-        if age > d_all:
-            continue
+    for age, B in enumerate(reach, d):  # of the torque that acts
         if age == 0:
-            step[:s, :size] += matrix @ ways[0]
+            step[:s, :size] += B @ loop.K
         else:
-            first = size + (age - 1) * n
-            step[:s, first : first + n] += matrix
-    step[size : size + n, :size] = loop.K
-    for k in range(1, d_all):
-        step[size + k * n : size + (k + 1) * n, size + (k - 1) * n : size + k * n] = np.eye(n)
+            step[:s, size + (age - 1) * n : size + age * n] += B
+    if waiting:
+        step[size : size + n, :size] = loop.K
+        step[size + n :, size:-n] = np.eye((waiting - 1) * n)
     return step
 
 

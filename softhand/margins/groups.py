@@ -104,7 +104,9 @@ def _fingers(plant: Plant) -> dict[str, list[int]]:
     names = plant.contact_names[: world.n_tips]
     found: dict[str, list[int]] = {}
     for column in range(world.n_joints):
-        moved = [name.removesuffix("_tip") for name, tip in zip(names, world.tips, strict=True) if column in tip.columns]
+        moved = [
+            name.removesuffix("_tip") for name, tip in zip(names, world.tips, strict=True) if column in tip.columns
+        ]
         name = moved[0] if len(moved) == 1 else f"what carries {', '.join(moved)}" if moved else "other joints"
         found.setdefault(name, []).append(column)
     return found

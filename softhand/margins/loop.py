@@ -55,7 +55,10 @@ class Loop(Record):
         output_units: and units.
     """
 
-    units: ClassVar = {"period": "s", **dict.fromkeys(("A", "B", "K", "N", "C"), "SI, by the names of rows and columns")}
+    units: ClassVar = {
+        "period": "s",
+        **dict.fromkeys(("A", "B", "K", "N", "C"), "SI, by the names of rows and columns"),
+    }
 
     period: float
     A: Array

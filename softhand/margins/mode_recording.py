@@ -51,7 +51,7 @@ def record_mode(place: Place, mode: Mode) -> Recording:
         sensor.observe(_beside(place, shape @ amount), float(time))
         samples.record(k, always=True)
     note, scenario = f"{mode}; {_slowness(mode)}", setup.scenario
-    scenario = scenario.model_copy(update={"duration": duration, "title": f"{scenario.title}: {mode}"})
+    scenario = scenario.model_copy(update={"duration": duration, "description": f"Mode: {mode}"})
     return samples.recording(scenario.to_toml(), "", (), {"mode": note})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def find_modes(loop: Loop, groups: Groups) -> tuple[Mode, ...]:
     )  # fmt: skip
 
 
-def _mode(loop: Loop, groups: Groups, value: complex, left: NDArray, right: NDArray) -> Mode:  # type: ignore[type-arg]
+def _mode(loop: Loop, groups: Groups, value: complex, left: NDArray[Any], right: NDArray[Any]) -> Mode:
     nv, s = loop.moving, len(loop.A)
     with np.errstate(divide="ignore"):
         rate = np.log(complex(value)) / loop.period if abs(value) > 0.0 else complex(-np.inf)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
@@ -16,7 +17,6 @@ from softhand.closed_loop.start import goal_of, resting_since
 from softhand.controllers.controller import Controller
 from softhand.derivatives.situation import Situation, relaxed_state
 from softhand.errors import RecordingError, ScenarioError, SimulationStopped
-from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
@@ -209,7 +209,7 @@ def _asked_to_stay(place: Place) -> Place:
     return replace(place, goal=goal_of(motion.update(place.state.time)))
 
 
-def _nearest(times: Array, at: At, where: str) -> int:
+def _nearest(times: NDArray[np.floating[Any]], at: At, where: str) -> int:
     number = isinstance(at, int | float) and not isinstance(at, bool) and np.isfinite(at)
     if not number or not times[0] - 1e-9 <= float(at) <= times[-1] + 1e-9:
         near = f"; the nearest is {min(max(float(at), times[0]), times[-1]):g}" if number else ""

@@ -1,4 +1,4 @@
-"""Whether a loop holds where it is: how fast small motions grow or die out, what moves in them, how far it is from loss."""
+"""Whether a loop holds where it is: how fast small motions grow, what moves in them, how far it is from loss."""
 
 from __future__ import annotations
 

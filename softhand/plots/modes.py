@@ -12,9 +12,9 @@ from softhand.plots.panels import draw_note, draw_title, new_figure
 from softhand.plots.style import FINGERS, STYLE, WARNING
 
 _NOTE = (
-    "Each mark is a motion of the closed loop that keeps its shape. Left: eigenvalues of one control period; within the "
-    "circle a motion dies out. Right: the slowest to die out, by growth and frequency; right of the line it grows. The "
-    "numbers are those of the list."
+    "Each mark is a motion of the closed loop that keeps its shape. Left: eigenvalues of one control period; within "
+    "the circle a motion dies out. Right: the slowest to die out, by growth and frequency; right of the line it grows. "
+    "The numbers are those of the list."
 )
 _NAMED = 6
 _WIDTH = 30.0  # [1/s] of the right panel at least
@@ -62,7 +62,7 @@ def _draw_rates(axes: Axes, found: Stability) -> None:
     rates = np.array([mode.growth for mode in found.modes])
     frequencies = np.array([mode.frequency for mode in found.modes])
     highest = rates[0]
-    low = min(highest - _WIDTH, rates[: _NAMED][-1] - 3.0)
+    low = min(highest - _WIDTH, rates[:_NAMED][-1] - 3.0)
     shown = rates > low
     for mode in np.array(found.modes, dtype=object)[shown]:
         axes.plot(mode.growth, mode.frequency, marker="x", ms=6, mew=1.4, ls="", color=_color(mode.is_stable))
