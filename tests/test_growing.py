@@ -12,7 +12,7 @@ from commands import run_command
 import softhand
 from softhand.assembly.resolve import resolve
 from softhand.checks.scenario import check_scenario
-from softhand.closed_loop.growing import growing, growing_run
+from softhand.margins.growing import growing, growing_run
 from softhand.recording.recording import Recording
 from softhand.scenario.file import parse_override
 from softhand.scenario.scenario import Scenario, load_scenario

@@ -64,10 +64,11 @@ class JointMargin(Record):
 def numeric_settings(place: Place) -> dict[str, Any]:
     """Those of the controller that are numbers, or lists of numbers, other than its period, zeros and whole numbers."""
     values = dict(place.controller)
-    return {name: value for name, value in values.items() if name != "period" and _is_gain(value)}
+    return {name: value for name, value in values.items() if name != "period" and is_gain(value)}
 
 
-def _is_gain(value: Any) -> bool:
+def is_gain(value: Any) -> bool:
+    """Whether a setting is a number with a fraction, or a list of such, and not zero."""
     if isinstance(value, tuple | list):
         return bool(value) and all(isinstance(one, float) for one in value) and any(value)
     return isinstance(value, float) and value != 0.0

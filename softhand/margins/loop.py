@@ -160,6 +160,14 @@ def plant_over(place: Place, time: float) -> tuple[Array, Array]:
     return gather @ model.A @ spread, gather @ model.B
 
 
+def acceleration_at(place: Place) -> Array:
+    """Of joints and object under the torques there, zero at rest [rad/s^2 or m/s^2], shape (nv,)."""
+    plant, state = place.plant, place.state
+    torque = place.situation().torque
+    plant.update(state.q, state.v, state.z)
+    return plant.acceleration(torque, np.zeros(len(state.v)))
+
+
 def without_sampling(loop: Loop, place: Place) -> float:
     """Growth of the fastest growing motion if the controller answered at once [1/s]: the eigenvalues of A + B K.
 

@@ -42,9 +42,10 @@ class Place:
         setup: what the run is made of.
         state: at its time.
         goal: what is asked for at all times; None for what the reference asks for then.
+        words: where that is.
         memory: of the controller before it speaks there.
         has_memory: whether that is known; else the controller has begun a period before.
-        words: where that is.
+        held: for how long a torque is held, other than the scenario says [s].
     """
 
     setup: Setup
@@ -53,10 +54,13 @@ class Place:
     words: str
     memory: Any = None
     has_memory: bool = False
+    held: float | None = None
 
     @property
     def period(self) -> float:
         """For which a torque is held [s]."""
+        if self.held is not None:
+            return self.held
         control_period = self.setup.asked.control_period
         return whole_periods(self.setup.controller, control_period) * control_period
 
@@ -121,11 +125,11 @@ def find_place(source: Scenario | Recording, at: At | None = None) -> Place:
         SimulationStopped: the run of the scenario is lost before.
     """
     if isinstance(source, Recording):
-        return _of_recording(source, END if at is None else at)
+        return place_in(source, END if at is None else at)
     setup = resolve(source)
     if at is None or at == START:
         start = read_start(setup.scenario)
-        return Place(setup, _plant(setup).with_supports(setup.grasp.state), start, "the start")
+        return held_pose(setup, start, setup.grasp.state, 0.0, "the start")
     scenario = setup.scenario
     times = np.arange(round(scenario.duration / scenario.control_period) + 1) * scenario.control_period
     k = len(times) - 1 if at == END else _nearest(times, at, "the run")
@@ -176,12 +180,12 @@ def _of_run(setup: Setup, wanted: Sequence[int]) -> Iterator[Place]:
         yield Place(setup, state, None, words, saved.carried.memory, has_memory)
 
 
-def _recorded(recording: Recording) -> tuple[Setup, Plant]:
+def _recorded(recording: Recording, setup: Setup | None = None) -> tuple[Setup, Plant]:
     if "mode" in recording.attributes:
         raise RecordingError("the recording shows a mode, enlarged, and is no run; give one of a run.", file=None)
     if not len(recording):
         raise RecordingError("the recording has no samples, and so no state; compute the run anew.", file=None)
-    setup = resolve(recorded_scenario(recording))
+    setup = setup or resolve(recorded_scenario(recording))
     plant = _plant(setup)
     check_states(plant, recording, "is_slipping")
     return setup, plant
@@ -192,8 +196,14 @@ def _sample(recording: Recording, setup: Setup, plant: Plant, k: int) -> Place:
     return Place(setup, state, None, f"the sample at t = {state.time:g} s")
 
 
-def _of_recording(recording: Recording, at: At) -> Place:
-    setup, plant = _recorded(recording)
+def held_pose(setup: Setup, goal: Goal, state: State, time: float, words: str) -> Place:
+    """A state, which may lack rows for supports, asked to stay at a goal at a time [s]."""
+    return Place(setup, replace(_plant(setup).with_supports(state), time=time), goal, words)
+
+
+def place_in(recording: Recording, at: At, setup: Setup | None = None) -> Place:
+    """Likewise of a recording, whose setup may be known."""
+    setup, plant = _recorded(recording, setup)
     if at not in (START, END):
         return _sample(recording, setup, plant, _nearest(recording.time, at, "the recording"))
     k = 0 if at == START else len(recording) - 1

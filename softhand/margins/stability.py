@@ -17,7 +17,7 @@ from softhand.closed_loop.start import HeldStart
 from softhand.controllers.regulation import Regulation
 from softhand.errors import GraspError, ScenarioError
 from softhand.margins.groups import Groups
-from softhand.margins.loop import Loop, close_loop, is_stable, without_sampling
+from softhand.margins.loop import Loop, acceleration_at, close_loop, is_stable, without_sampling
 from softhand.margins.margins import Margins, find_margins
 from softhand.margins.modes import Mode, find_modes
 from softhand.margins.place import At, Place, find_place
@@ -188,9 +188,7 @@ def stability(
             "the fingers are open: there is no grasp to linearize; set grasp.opening = 0 and grasp.internal_force.",
             finger="", quantity="opening", value=place.goal.opening,
         )  # fmt: skip
-    loop, plant, situation = close_loop(place, with_outputs=True), place.plant, place.situation()
-    plant.update(place.state.q, place.state.v, place.state.z)
-    acceleration = plant.acceleration(situation.torque, np.zeros(loop.moving))
+    loop = close_loop(place, with_outputs=True)
     share, scanned = 0.5 if with_scan and with_margins else 1.0, None
     tell = progress or (lambda done: None)
     margins = find_margins(loop, place, lambda done: tell(done * share)) if with_margins else None
@@ -204,8 +202,8 @@ def stability(
         growth=without_sampling(loop, place),
         held_growth=loop.growth,
         use=_use(place) if is_regulation else math.nan,
-        modes=find_modes(loop, Groups(plant, place.state.q)),
-        acceleration=acceleration,
+        modes=find_modes(loop, Groups(place.plant, place.state.q)),
+        acceleration=acceleration_at(place),
         velocity=place.state.v.copy(),
         loop=loop,
         margins=margins,
