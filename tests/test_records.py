@@ -14,8 +14,8 @@ import pytest
 
 import softhand
 from softhand import load_scenario, simulate
-from softhand.closed_loop import stability as stability_module
 from softhand.grasping import workspace as workspace_module
+from softhand.margins import stability as stability_module
 from softhand.numerics.record import Record, plain
 from softhand.scenario.file import resolve_path
 
@@ -30,8 +30,9 @@ def results() -> dict[str, Any]:
         patch.setattr(stability_module, "GAIN", np.array([1.0, 2.0]))
         patch.setattr(workspace_module, "POSES", 64)
         return {
-            "stability": softhand.stability(scenario),
-            "linearize": softhand.stability(load_scenario("blind"), with_scan=False).model,
+            "stability": softhand.stability(scenario, with_scan=True),
+            "stability margins": softhand.stability("hold", with_margins=True),
+            "stability_along": softhand.stability_along(run, 4),
             "workspace": softhand.workspace(scenario),
             "lyapunov": softhand.lyapunov(run),
             "energy_ledger": softhand.energy_ledger(run, samples=range(0, 31, 10)),
@@ -46,7 +47,7 @@ def results() -> dict[str, Any]:
         }
 
 
-NAMES = ["stability", "linearize", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
+NAMES = ["stability", "stability margins", "stability_along", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
          "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
          "place_object"]  # fmt: skip
 

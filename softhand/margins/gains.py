@@ -31,7 +31,7 @@ class GainMargin(Record):
         factors: on it, with which no motion grows.
     """
 
-    units: ClassVar = {"factors": "1"}
+    units: ClassVar = {"value": "SI, of the setting", "factors": "1"}
 
     name: str
     value: Any
