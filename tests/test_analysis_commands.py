@@ -96,7 +96,7 @@ def short_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_stability_prints_growth_and_draws_the_scan(tmp_path, watch, short_scan):
-    """The share of the contact stiffness and the growth rates of target-a, as docs/stability.md has them; two figures."""
+    """The share of the contact stiffness and the growth rates of target-a, as docs/stability.md has them."""
     found = watch("margins.stability", "stability")
     result = run_command("stability", "--scan", folder=tmp_path)
     assert_prints(result, found[0].rows())

@@ -47,8 +47,8 @@ def results() -> dict[str, Any]:
         }
 
 
-NAMES = ["stability", "stability margins", "stability_along", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
-         "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
+NAMES = ["stability", "stability margins", "stability_along", "linearize", "workspace", "lyapunov", "energy_ledger",
+         "check scenario", "check recording", "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
          "place_object"]  # fmt: skip
 
 

@@ -57,6 +57,8 @@ class Loop(Record):
 
     units: ClassVar = {
         "period": "s",
+        "moving": "1",
+        "remembered": "1",
         **dict.fromkeys(("A", "B", "K", "N", "C"), "SI, by the names of rows and columns"),
     }
 

@@ -185,7 +185,8 @@ def stability(
         _check_scan(source, at, place)
     if place.goal and place.goal.opening and is_regulation:
         raise GraspError(
-            f"the fingers {'are' if place.state.time else 'start'} open: there is no grasp to linearize; set grasp.opening = 0 and grasp.internal_force.",
+            f"the fingers {'are' if place.state.time else 'start'} open: there is no grasp to linearize; set "
+            "grasp.opening = 0 and grasp.internal_force.",
             finger="", quantity="opening", value=place.goal.opening,
         )  # fmt: skip
     loop = close_loop(place, with_outputs=True)
