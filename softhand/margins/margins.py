@@ -41,6 +41,8 @@ class Margins(Record):
         """Label and value of each line of the table."""
         rows = [("delay until some motion grows", self._delay()), ("longest control period", self._period())]
         rows += [(f"controller.{one.name} times", f"{one.factors}  (now {_shown(one.value)})") for one in self.gains]
+        if all(math.isnan(one.factors.low) for one in self.joints):
+            return [*rows, ("torques times", f"{self.joints[0].factors}, of any joint or all")]
         for one in self.joints:
             disk = "" if math.isnan(one.disk) else f"; {one.gain:.3g} and {one.phase:.0f} deg late at once"
             rows.append((f"torque of {one.joint} times", f"{one.factors}{disk}"))

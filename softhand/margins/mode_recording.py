@@ -48,7 +48,7 @@ def record_mode(place: Place, mode: Mode) -> Recording:
     amounts = size[:, None] * np.column_stack([swing.real, -swing.imag])
     for k, (time, amount) in enumerate(zip(times, amounts, strict=True)):
         motion.update(place.state.time)
-        sensor.observe(_beside(place, shape @ amount), float(time))
+        sensor.observe(beside(place, shape @ amount), float(time))
         samples.record(k, always=True)
     note, scenario = f"{mode}; {_slowness(mode)}", setup.scenario
     scenario = scenario.model_copy(update={"duration": duration, "description": f"Mode: {mode}"})
@@ -61,7 +61,7 @@ def _slowness(mode: Mode) -> str:
     return f"shown {mode.frequency * CYCLE:.3g} times as slow as it is"
 
 
-def _beside(place: Place, along: Array) -> State:
+def beside(place: Place, along: Array) -> State:
     """The state displaced; the contacts follow by rolling."""
     plant, state = place.plant, place.state
     plant.update(state.q, along, state.z)

@@ -1,4 +1,4 @@
-"""How far a number can go before a loop is lost: a coarse way first, then bisection."""
+"""How far a number can go before a loop is lost: a coarse way first, then the edge between two of its numbers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
-from softhand.margins.loop import is_stable
+from softhand.margins.loop import NEUTRAL, is_stable
 
 FACTORS = tuple(float(2.0 ** (k / 4)) for k in range(-24, 25))
 """Tried of a gain, from 1/64 to 64, and zero."""
 _CLOSE = 1e-4
 """Share to which an edge is found."""
+_FAR = 1e3  # [1/s]
 
 
 class Range(NamedTuple):
@@ -68,13 +70,19 @@ def stable_range(growth: Callable[[float], float]) -> Range:
 
 
 def edge(growth: Callable[[float], float], stable: float, lost: float) -> float:
-    """The last stable number on the way from a stable one to one that is not, to 0.01 %."""
-    while abs(lost - stable) > _CLOSE * max(abs(stable), abs(lost)):
-        middle = 0.5 * (stable + lost)
-        stable, lost = (middle, lost) if is_stable(growth(middle)) else (stable, middle)
-        if abs(lost) < 1e-9:
-            break
-    return stable
+    """Where motions begin to grow on the way from a stable number to one that is not, to 0.01 %.
+
+    Args:
+        growth: [1/s], NaN counts as lost.
+        stable: one end.
+        lost: the other.
+    """
+
+    def beyond(value: float) -> float:
+        found = growth(value) - NEUTRAL
+        return _FAR if np.isnan(found) else float(np.clip(found, -_FAR, _FAR))
+
+    return float(brentq(beyond, stable, lost, xtol=_CLOSE * abs(lost - stable) / 4.0, rtol=_CLOSE / 4.0))
 
 
 def first_edge(growth: Callable[[float], float], ways: Sequence[float]) -> float:
