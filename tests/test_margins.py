@@ -449,7 +449,7 @@ def test_the_command_writes_figure_mode_and_json(tmp_path) -> None:
     assert "<svg" in (tmp_path / "m.svg").read_text() and softhand.load_recording(tmp_path / "m.nc").complete
     result = run_command("export", "m.nc", "--csv", folder=tmp_path)
     assert result.returncode == 0, result.stderr
-    softhand.simulate("target-a", duration=0.1).save(tmp_path / "run.nc")
+    softhand.simulate("target-a", duration=0.02).save(tmp_path / "run.nc")
     result = run_command("stability", "run.nc", "--along", folder=tmp_path)
     assert result.returncode == 0 and "largest growth" in result.stdout and (tmp_path / "stability.png").is_file()
 

@@ -83,7 +83,7 @@ class StabilityAlong(Record):
 
 
 def stability_along(
-    source: Scenario | Recording | str | Path, count: int = 61, progress: Callable[[float], None] | None = None
+    source: Scenario | Recording | str | Path, count: int = 41, progress: Callable[[float], None] | None = None
 ) -> StabilityAlong:
     """How fast small motions grow at samples along a run, by the loop of one control period at each.
 
