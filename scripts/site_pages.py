@@ -43,7 +43,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "identify", "Identification"),
+         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

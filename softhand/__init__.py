@@ -23,6 +23,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.analysis.summary import summarize as summarize
     from softhand.assembly.build import build as build
     from softhand.assembly.build import simulate as simulate
+    from softhand.assembly.measurement_noise import MeasurementNoise as MeasurementNoise
+    from softhand.assembly.measurement_noise import measurement_noise as measurement_noise
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
     from softhand.checks.check import check as check
@@ -101,6 +103,7 @@ _HOMES = {
     "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
+    "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),

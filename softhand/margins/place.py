@@ -93,15 +93,15 @@ class Place:
         count = max(FINEST, steps, int(np.ceil(held / self.setup.stepper.step - 1e-9)))
         setup = replace(self.setup, stepper=Midpoint(step=held / count))
         motion = resting(self.goal) if self.goal else setup.reference.start(read_start(setup.asked))
-        probe, controller, time = Probe(_plant(setup), motion), setup.controller, self.state.time
+        probe, controller, time = Probe(_plant(setup), motion, setup.sensing), setup.controller, self.state.time
         memory = self.memory
         try:
             if not self.has_memory:
                 before = max(time - held, 0.0)
                 time = before + held
-                first = probe.at(self.state, before)
+                first = probe.seen(self.state, before)
                 _, memory = controller.torque(first, controller.start(first))
-            observation = probe.at(self.state, time)
+            observation = probe.seen(self.state, time)
             command = np.asarray(controller.torque(observation, memory)[0], dtype=float)
         except Exception as error:
             raise raised_by(controller, error, time) from error

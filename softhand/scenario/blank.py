@@ -58,6 +58,14 @@ K_N = 1.0            # [-], feedback of the internal force; softhand stability s
 [reference]
 kind = "hold"  # the start is kept; "minimum-jerk" goes to object_position, object_rpy, internal_force
 
+# Instruments through which the controller sees the grasp, and drives behind it: without them both are ideal.
+# docs/sensing.md
+# [sensing.joint_position]
+# noise = 1e-4   # [rad]
+# delay = 0.001  # [s]
+# [actuation]
+# lag = 0.001    # [s]
+
 [stepper]
 name = "midpoint"
 step = 0.001  # [s]

@@ -40,6 +40,18 @@ def finished(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) 
     return found
 
 
+PREFIX = "measured_"
+"""Before the names of variables that are as a controller saw them."""
+
+
+def measured_in(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) -> dict[str, AnyArray]:
+    """The same for what a controller saw, by its own names; args as `finished`."""
+    own = {name.removeprefix(PREFIX): count for name, count in turns.items() if name.startswith(PREFIX)}
+    done = finished(found, plant, own)
+    turns |= {PREFIX + name: count for name, count in own.items()}
+    return {PREFIX + name: done[name] for name in found}
+
+
 def _as_angles(deformation: Array, plant: Plant) -> Array:
     """The displacements of a law in surface coordinates as the angles s / R, as recordings have them."""
     pads = plant.pads[: plant.world.n_tips]
