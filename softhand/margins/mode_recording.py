@@ -8,9 +8,10 @@ from softhand.assembly.parts import read_start
 from softhand.margins.modes import Mode
 from softhand.margins.place import Place
 from softhand.model.configuration import integrate
-from softhand.numerics.arrays import Array
+from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
+from softhand.sensing.fields import RECORDED, room
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.keep import Keep
 from softhand.simulation.samples import Samples
@@ -44,7 +45,14 @@ def record_mode(place: Place, mode: Mode) -> Recording:
     size = np.exp(decades * times / duration - max(decades, 0.0))
     shape = mode.shape / _largest(place, mode.shape)
     swing = np.exp(1j * rings * times)
-    samples = Samples(plant, sensor, np.zeros(n), np.zeros(n, np.int8), FRAME, Keep.all())
+    sizes = sensor.observation.known.sizes
+    live: dict[str, AnyArray] = {
+        "observed": sensor.block[: room(sizes, RECORDED)],
+        "joint_torque": np.zeros(n),
+        "torque_limited": np.zeros(n, np.int8),
+        "external_force": plant.external,
+    }
+    samples = Samples(plant, live, sizes, FRAME, Keep.all())
     amounts = size[:, None] * np.column_stack([swing.real, -swing.imag])
     for k, (time, amount) in enumerate(zip(times, amounts, strict=True)):
         motion.update(place.state.time)

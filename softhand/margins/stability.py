@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from softhand.assembly.instruments import left_out
 from softhand.assembly.probe import Probe
 from softhand.closed_loop.gain_loop import close_gain_loop
 from softhand.closed_loop.scan import Scan, scan
@@ -21,6 +22,7 @@ from softhand.margins.loop import Loop, acceleration_at, close_loop, is_stable, 
 from softhand.margins.margins import Margins, find_margins
 from softhand.margins.modes import Mode, find_modes
 from softhand.margins.place import At, Place, find_place
+from softhand.margins.scatter import Scatter, find_scatter
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.plant.plant import Plant
@@ -52,6 +54,7 @@ class Stability(Record):
         acceleration: of joints and object at the state under the torques there, zero at rest, shape (nv,).
         velocity: of the same, shape (nv,).
         loop: plant and controller as matrices.
+        scatter: what the noise of instruments and drives leaves in pose and force; None where the scenario has none.
         margins: how far the loop is from where it is lost; None if not asked for.
         scan: growth over the stiffness of the tips and K_O; None if not asked for.
         time: of the state [s].
@@ -74,6 +77,7 @@ class Stability(Record):
     acceleration: Array
     velocity: Array
     loop: Loop
+    scatter: Scatter | None
     margins: Margins | None
     scan: Scan | None
     time: float
@@ -93,7 +97,11 @@ class Stability(Record):
             rows.append((f"mode {k + 1}", f"{mode.growth:+.3g} 1/s{ringing}: {mode.name}"))
         rows += self._unrest()
         rows += [("at a switch", f"{one.where}: {one.what}, {one.side}") for one in self.loop.switches]
-        return rows + (self.margins.rows() if self.margins else [])
+        if missing := left_out(self.place.setup.scenario):
+            rows.append(("left out of the loop", ", ".join(missing)))
+        for more in (self.scatter, self.margins):
+            rows += more.rows() if more else []
+        return rows
 
     def _unsampled(self) -> str:
         if math.isnan(self.growth) and self.loop.is_smooth:
@@ -158,7 +166,8 @@ def stability(
     It is the loop of one control period as `linearize` has it: the plant that runs, any law, hand and support, and the
     controller, differenced through what it is handed and remembers. The plant goes in steps of a tenth of the period or
     less, so that the rates are those of the plant and not of its steps. Where contacts stick, what they store goes with
-    the motion by rolling. Large motions are not seen.
+    the motion by rolling. Large motions are not seen, nor delays, holds, filters and lags of instruments and drives;
+    their noise is, as what it leaves in pose and forces.
 
     Args:
         source: a scenario, its name or path, or a recording, of which the controller begins anew at the state and
@@ -207,6 +216,7 @@ def stability(
         acceleration=acceleration_at(place),
         velocity=place.state.v.copy(),
         loop=loop,
+        scatter=find_scatter(loop, place),
         margins=margins,
         scan=scanned,
         time=place.state.time,
