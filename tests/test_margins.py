@@ -126,7 +126,7 @@ def test_the_share_of_the_object_is_its_energy() -> None:
 # ------------------------------------------------------------------------------------------------------ names of modes
 
 
-@pytest.mark.parametrize("name", ["hold", "finger-only", "allegro-box", "grasp-and-lift", "can"])
+@pytest.mark.parametrize("name", ["hold", "pinch-two-phase", "allegro-box", "grasp-and-lift", "can"])
 def test_shares_add_up_to_one(name: str) -> None:
     """Of all modes, those of memories among them; multiplier, growth, frequency and damping are of one another."""
     place = find_place(load_scenario(name))
@@ -391,7 +391,7 @@ def test_a_controller_at_fault_is_named() -> None:
         close_loop(holding().with_controller(Rooted()))
 
 
-# ------------------------------------------------------------------------------------------------- noise in, scatter out
+# ----------------------------------------------------------------------------------------------- noise in, scatter out
 
 NOISE = {
     "sensing.object_position.noise": 2e-5,
