@@ -35,7 +35,8 @@ for gain in (1.5, 1.0, 0.5):
 
 # %%
 margins = softhand.stability("hold", with_margins=True).margins
-print(f"torques may come {1e3 * margins.delay:.2f} ms late, and be held for {1e3 * margins.period:.2f} ms")
+print(f"torques may come {1e3 * margins.delay:.2f} ms late")
+print(f"and be held for {1e3 * margins.period:.2f} ms")
 for gain in margins.gains:
     print(f"{gain.name} times {gain.factors}")
 
