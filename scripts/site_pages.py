@@ -35,7 +35,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
         ("grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal", "place_object", "Placement",
-         "workspace", "Workspace"),
+         "workspace", "Workspace", "squeeze", "Squeeze", "squeeze_curve", "SqueezeCurve", "slip_margin", "SlipMargin",
+         "worst_push", "WorstPush"),
     ),
     "analysis": (
         "Analysis",

@@ -6,29 +6,36 @@ import json
 import pickle
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hands import LAYOUTS, make_named_task, random_state
 from numpy.typing import NDArray
 
 import softhand
 from softhand import Controller, Observation, Recording, ScenarioError, Simulation, build, load_scenario, simulate
 from softhand.assembly.instruments import left_out, read_sensing
 from softhand.assembly.probe import Probe, recorded_scenario
+from softhand.checks.recording import check_recording
 from softhand.checks.scenario import check_scenario
+from softhand.contact.pairs import contact_pairs
 from softhand.errors import ScenarioWarning
 from softhand.numerics.philox import normal, philox
 from softhand.numerics.rotations import rotation_vector
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.state import State
+from softhand.references.reference import Desired
 from softhand.scenario.instruments import InstrumentSection, SensingSection
 from softhand.scenario.schema import scenario_schema
 from softhand.sensing.fields import FIELDS
-from softhand.sensing.instruments import MEASURED
+from softhand.sensing.instruments import MEASURED, Instruments
 from softhand.sensing.measuring import Chain, measure
 from softhand.sensing.quantities import QUANTITIES, Channel, Sensing, components, counts, items_of
+from softhand.sensing.sensor import Sensor
 
 Array = NDArray[np.float64]
 
@@ -352,6 +359,22 @@ def test_ideal_instruments_show_the_truth_in_all_fields() -> None:
     assert seen.time == truth.time
 
 
+@pytest.mark.parametrize("layout", list(LAYOUTS))
+def test_ideal_instruments_show_the_truth_of_any_hand(layout: str, tmp_path: Path) -> None:
+    """A wrist, joints without end, canted tips, two and four fingers: in motion, the object turned."""
+    task = make_named_task(layout, tmp_path)
+    plant, pairs = task.plant(), len(contact_pairs(task.world.n_tips))
+    desired = Desired(*np.zeros((3, 6)), np.zeros(pairs))
+    state = random_state(task, np.random.default_rng(5))
+    truth = Sensor(plant, desired).observe(state, 0.0)
+    sizes = components(task.world.n_joints, task.world.n_tips)
+    sensing = Sensing({name: Channel(np.zeros(size), np.zeros(size)) for name, size in sizes.items()})
+    seen = Instruments(plant, truth, sensing, desired).see(0)
+    for name in FIELDS:
+        true, own = getattr(truth, name), getattr(seen, name)
+        assert np.allclose(own, true, rtol=0.0, atol=1e-12 * max(1.0, np.abs(true).max(initial=0.0))), name
+
+
 @pytest.mark.parametrize("law", ["hertz", "conservative"])
 def test_ideal_instruments_show_the_truth_of_laws_in_surface_coordinates(law: str) -> None:
     """Whose contact axes are those of the object."""
@@ -490,6 +513,16 @@ def test_a_run_that_is_cut_in_two_goes_on_to_the_last_bit(cut: int) -> None:
         for name in whole.variables:
             if name not in ("slip_travel", "slip_twist", "slip_loss"):
                 assert np.array_equal(rest[name], whole[name][cut:], equal_nan=True), name
+
+
+def test_a_recording_through_instruments_is_beyond_doubt_and_one_without_lacks_none() -> None:
+    """What is there under the sections alone is missing only where some of it is there."""
+    noisy_run, plain = noisy("target-a"), build("target-a", duration=0.01).run()
+    assert not check_recording(plain).errors
+    for run in (noisy_run, plain):
+        assert not [text for text in check_recording(run).warnings if "it has no" in text]
+    less = replace(noisy_run, variables={k: v for k, v in noisy_run.variables.items() if k != "measured_object_rpy"})
+    assert [text for text in check_recording(less).warnings if "it has no measured_object_rpy" in text]
 
 
 def test_a_state_of_other_instruments_is_refused() -> None:
@@ -634,7 +667,7 @@ def test_what_is_measured_is_no_output_of_a_linear_model() -> None:
         ("joint_position.noise", -1e-3, r"noise: got -0\.001, but it must be .*>= 0"),
         ("joint_position.noise", [1e-3, 1e-3], r"noise: got \[0\.001, 0\.001\] of length 2, but 9 joints need"),
         ("object_position.bias", [0.1], r"bias: got \[0\.1\] of length 1, but 3 axes need one number, or 3"),
-        ("contact_force.bias", [0.1] * 4, r"length 4, but 3 fingertips with 3 axes each need one number, or 9"),
+        ("contact_force.bias", [0.1] * 4, r"length 4, but 3 fingertips with 3 axes each need one number, 3 or 9"),
         ("object_position.delay", 0.0014, r"delay: got 0\.0014 s, .* whole number .* value is 0\.001\."),
         ("object_position.delay", 20.0, r"delay: got 20 s, but it may be at most 10 s"),
         ("object_position.rate", 2000.0, r"rate: got 2000 Hz, but the controller asks 1000 times a second"),

@@ -77,11 +77,12 @@ def _components(key: str, value: Any, size: int, each: str, world: World) -> Arr
     if each == "tip axis" and isinstance(value, Sequence) and len(value) == 3:
         return np.tile(np.asarray(value, dtype=float), world.n_tips)
     counted = {"joint": f"{size} joints", "axis": "3 axes", "tip": f"{size} fingertips"}
-    return _one_each(key, value, size, counted.get(each, f"{world.n_tips} fingertips with 3 axes each"))
+    return _one_each(key, value, size, counted.get(each, f"{world.n_tips} fingertips with 3 axes each"), each)
 
 
-def _one_each(key: str, value: Numbers, size: int, why: str) -> Array:
+def _one_each(key: str, value: Numbers, size: int, why: str, each: str = "") -> Array:
     if isinstance(value, Sequence) and len(value) != size:
-        message = f"{key}: got {show(value)} of length {len(value)}, but {why} need one number, or {size}."
+        lengths = f"one number, 3 or {size}" if each == "tip axis" else f"one number, or {size}"
+        message = f"{key}: got {show(value)} of length {len(value)}, but {why} need {lengths}."
         raise ScenarioError(message, key=key, value=value)
     return np.array(np.broadcast_to(np.asarray(value, dtype=float), (size,)))

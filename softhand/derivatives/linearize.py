@@ -32,6 +32,7 @@ from softhand.plant.state import State
 from softhand.plugins import plugin_name
 from softhand.recording.recording import Recording
 from softhand.recording.units import slides_in
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
 from softhand.scenario.scenario import Scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
@@ -310,11 +311,11 @@ def _told(chosen: list[Parameter | str]) -> tuple[tuple[str, ...], tuple[str, ..
 
 def _kept(outputs: Iterable[str], at: Situation) -> Keep:
     names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    unlike = [name for name in names if name.startswith("measured_") or name.endswith("_commanded")]
+    unlike = [name for name in names if name.startswith(MEASURED_PREFIX) or name == COMMANDED]
     if unlike:
         raise ScenarioError(
             f"outputs: {unlike[0]} is of the instruments and drives, which are no part of the model; ask for "
-            f"{unlike[0].removeprefix('measured_').removesuffix('_commanded')}.",
+            f"{unlike[0].removeprefix(MEASURED_PREFIX).removesuffix('_commanded')}.",
             key="outputs", value=unlike[0],
         )  # fmt: skip
     if "external_force" in names:

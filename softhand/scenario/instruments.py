@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Field, field_validator
 
 from softhand.errors import ScenarioError
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
 from softhand.settings.settings import Gain, NonNegative, Positive, Settings
 
 Offset: TypeAlias = float | Annotated[tuple[float, ...], Field(min_length=1)]
@@ -128,9 +129,9 @@ def check_variables(
     """
     is_measured = sensing is not None and bool(sensing.instruments)
     for name in names:
-        if name.startswith("measured_") and not is_measured:
+        if name.startswith(MEASURED_PREFIX) and not is_measured:
             needed, example = "[sensing]", "sensing.joint_position.noise"
-        elif name.endswith("_commanded") and actuation is None:
+        elif name == COMMANDED and actuation is None:
             needed, example = "[actuation]", "actuation.delay"
         else:
             continue

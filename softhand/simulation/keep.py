@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
-from softhand.recording.variables import VARIABLES
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX, VARIABLES
 from softhand.sensing.fields import RECORDED, Sizes, beginnings, room, shapes
 from softhand.sensing.instruments import MEASURED
 from softhand.settings.wording import nearest
-from softhand.simulation.finishing import PREFIX, finished, measured_in
+from softhand.simulation.finishing import finished, measured_in
 
-COMMANDED = "joint_torque_commanded"
 _DRIVE = ("joint_torque", "torque_limited", "external_force")
 
 
@@ -76,7 +75,7 @@ class Keep:
     @property
     def measured(self) -> list[str]:
         """Fields of what the controller sees, in their order."""
-        return [name for name in MEASURED if PREFIX + name in self.variables]
+        return [name for name in MEASURED if MEASURED_PREFIX + name in self.variables]
 
     @property
     def is_commanded(self) -> bool:

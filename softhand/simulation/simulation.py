@@ -15,6 +15,7 @@ from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
 from softhand.recording.recording import Recording
+from softhand.recording.variables import COMMANDED
 from softhand.references.reference import Motion
 from softhand.sensing.fields import RECORDED, room
 from softhand.sensing.instruments import Instruments
@@ -354,7 +355,7 @@ class Simulation:
         if self._instruments:
             live["measured"] = self._instruments.block[recorded]
         if self._actuators.drive:
-            live["joint_torque_commanded"] = self._actuators.drive.commanded
+            live[COMMANDED] = self._actuators.drive.commanded
         return live
 
     def _finish(self, samples: Samples, reason: str) -> Recording:
