@@ -34,8 +34,6 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
-    from softhand.closed_loop.stability import Stability as Stability
-    from softhand.closed_loop.stability import stability as stability
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
@@ -76,6 +74,12 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.identification.identify import Identification as Identification
     from softhand.identification.identify import identify as identify
     from softhand.laws.law import Law as Law
+    from softhand.margins.along import StabilityAlong as StabilityAlong
+    from softhand.margins.along import stability_along as stability_along
+    from softhand.margins.margins import Margins as Margins
+    from softhand.margins.modes import Mode as Mode
+    from softhand.margins.stability import Stability as Stability
+    from softhand.margins.stability import stability as stability
     from softhand.plant.plant import Plant as Plant
     from softhand.plant.state import State as State
     from softhand.plots.run import draw_run as draw_run
@@ -114,7 +118,10 @@ _HOMES = {
     "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
-    "closed_loop.stability": ("Stability", "stability"),
+    "margins.along": ("StabilityAlong", "stability_along"),
+    "margins.margins": ("Margins",),
+    "margins.modes": ("Mode",),
+    "margins.stability": ("Stability", "stability"),
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
