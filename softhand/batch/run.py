@@ -36,6 +36,7 @@ from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
+from softhand.sensing.fields import Sizes
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted
 from softhand.simulation.asking import at_fault, raised_by
@@ -109,6 +110,7 @@ class CompiledRun:
         senses: what the sensor works with.
         plan: what is done when, and what is kept.
         layouts: of the arrays of all three.
+        observation: live.
     """
 
     def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
@@ -121,7 +123,7 @@ class CompiledRun:
         now = np.zeros(self._motion.now.size + self._motion.twist.size)
         desired = desired_of(now[: self._motion.now.size].reshape(3, -1), now[self._motion.now.size :].reshape(2, 6))
         self._sensor = sensor = Sensor(plant, desired)
-        self._observation = sensor.observation
+        self.observation = sensor.observation
         now[:] = self.table(0, 0)[0, 1:]
         observation = sensor.observe(self._state, 0.0)
         with _blamed(setup.controller):
@@ -191,7 +193,7 @@ class CompiledRun:
             if not self.law.become(setup.controller, observation):
                 return False
         self._forget()
-        plan.effort_limit[:] = self._observation.effort_limit
+        plan.effort_limit[:] = self.observation.effort_limit
         for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
             array[...] = new
         return True
@@ -249,6 +251,11 @@ class CompiledRun:
         error = self.error()
         return self._result(Outcome(error.reason, error.time, str(error)))
 
+    @property
+    def sizes(self) -> Sizes:
+        """Of the observation."""
+        return self.observation.known.sizes
+
     def table(self, first: int, last: int) -> Array:
         """What is asked for in these control periods."""
         reference, period = self._setup.reference, self._setup.asked.control_period
@@ -264,9 +271,9 @@ class CompiledRun:
         if fault != BAD_TORQUE:
             return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
         controller, time = self._setup.controller, float(self.plan.clock[0])
-        self._observation.__dict__["time"] = time
+        self.observation.__dict__["time"] = time
         assert self.law is not None
-        error = controller.complaint(self._observation, self.law)
+        error = controller.complaint(self.observation, self.law)
         if isinstance(error, SimulationStopped):
             return error
         what = f"raised {type(error).__name__}: {error}"
@@ -276,4 +283,4 @@ class CompiledRun:
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self.plan.rows[: self.plan.progress[SAMPLES]].copy()
-        return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self.plant))
+        return Result(outcome, self._keep.variables_of(rows, self.observation.known.sizes, self.plant))

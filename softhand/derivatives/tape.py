@@ -138,6 +138,8 @@ def record(play, place):
             play.at[0] = play.q[0]
             progress[STEP] += 1
             note(play, progress[STEP])
+            for i in range(play.limited.shape[0]):
+                play.limits[k, i] = 0 if play.limited[i] == 0 else (1 if play.command[i] > 0.0 else -1)
         else:
             progress[WHY] = ASKED
             return

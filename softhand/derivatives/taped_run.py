@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.resolve import Setup
 from softhand.batch import loop
+from softhand.batch.asked import PERIODS
 from softhand.batch.loop import BAD_TORQUE, look
 from softhand.batch.run import CompiledRun
 from softhand.derivatives.following import Solver, meanings_of, solvers_of, still_memories
@@ -43,8 +45,11 @@ from softhand.numerics.followed import Followed
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import numbers_in
 from softhand.numerics.symbols import NotStraightError, Place
+from softhand.sensing.fields import FIELDS
+from softhand.sensing.groups import parts_of
 from softhand.simulation.asking import limit
 from softhand.simulation.faults import HEALTHY
+from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import add_pushes
 from softhand.steppers.kernels import MIDPOINT
 from softhand.steppers.midpoint import begin_kick, kick, kick_drift, meet_contact, start_step
@@ -52,7 +57,8 @@ from softhand.steppers.midpoint import begin_kick, kick, kick_drift, meet_contac
 _WAYS = 64
 """Most ways through one code."""
 _FIRST_TAPE = 1 << 20
-_LANES = 8
+LANES = 8
+"""Of a tangent."""
 
 
 class Code(NamedTuple):
@@ -98,16 +104,26 @@ class TapedRun:
         run: compiled, at its start.
         commands: torques of each control period in place of the law, shape (periods, n); None for the law.
         moving: places of memories that do not change during a run by which derivatives are taken.
+        in_python: whether a controller in plain Python is asked in place of the law.
 
     Attributes:
         play: the run in the order of time.
         layouts: of all its arrays.
     """
 
-    def __init__(self, run: CompiledRun, commands: Array | None = None, moving: frozenset[Place] = frozenset()) -> None:
-        self.run, self.moving = run, moving
+    def __init__(
+        self,
+        run: CompiledRun,
+        commands: Array | None = None,
+        moving: frozenset[Place] = frozenset(),
+        in_python: bool = False,
+    ) -> None:
+        self.run, self.moving, self._follows_law = run, moving, commands is None and not in_python
         self.m, self.senses, self.plan = run.mechanics, run.senses, run.plan
         self.law, self.plant = run.law, run.plant
+        if in_python:
+            every = parts_of(FIELDS)
+            self.plan = self.plan._replace(parts=every, parts_between=every)
         self.layouts = run.layouts
         if self.plan.kind != MIDPOINT:
             raise ScenarioError(
@@ -125,7 +141,7 @@ class TapedRun:
         self._still |= {self.layouts.number_of(array)[0] for array in (self.m.at, self.plan.Theta)}
         self._constant = {self.layouts.number_of(array)[0] for array in self.constants()}
         n_steps = sum(1 for code in order if code == AFTER)
-        n, plan, body = len(self.m.torque), self.plan, self.senses.body
+        n, plan = len(self.m.torque), self.plan
         periods = int(plan.progress[2])
         self.start_rows = starts
         self.play = Play(
@@ -138,7 +154,7 @@ class TapedRun:
             where=np.zeros(len(order), np.int64),
             tape=np.empty(_FIRST_TAPE),
             progress=np.zeros(5, np.int64),
-            desired=run.table(0, periods),
+            desired=_asked_for(run, periods),
             now=plan.now,
             clock=plan.clock,
             commands=np.zeros((periods + 1, n)) if commands is None else _padded(commands, periods + 1),
@@ -154,10 +170,32 @@ class TapedRun:
             contacts=self.m.touch.contacts,
             is_support=self.m.touch.pads["is_support"].copy(),
             sides=np.zeros((n_steps + 1, len(self.m.touch.contacts)), np.int64),
-            limits=np.zeros((periods + 1, n), np.int64),
+            limits=np.zeros((periods, n), np.int64),
         )
-        del body
         self._place = np.zeros(1, np.int64)
+
+    def become(self, setup: Setup, keep: Keep, commands: Array | None) -> bool:
+        """Be another run that differs in numbers alone, at its start.
+
+        Returns:
+            False where it differs in more; then this one is of no use.
+        """
+        if not self.run.become(setup, keep):
+            return False
+        play = self.play
+        if self.law is not None:
+            self._numbers[:] = numbers_in(self.law._arguments)
+        for i, solver in enumerate(self._solvers):
+            solver.pads[...] = self.plant.pads[i : i + 1]
+        play.desired[...] = _asked_for(self.run, len(play.desired) - 1)
+        if commands is not None:
+            play.commands[...] = _padded(commands, len(play.commands))
+        play.progress[:] = 0
+        return True
+
+    def inputs(self) -> list[AnyArray]:
+        """Arrays that a run begins with, but for what is asked for."""
+        return inputs_of(self.run, self._numbers)
 
     def constants(self) -> list[AnyArray]:
         """Arrays that a run does not write to, but for scratch."""
@@ -189,7 +227,7 @@ class TapedRun:
               for i in range(len(m.touch.contacts))),
             Code("kick", kick, (m.envelope, m.kicks, step, m.state.v)),
         ]  # fmt: skip
-        if commands is None and self.law is not None:
+        if self._follows_law and self.law is not None:
             plain = self.law._plain
             if plain is None:
                 found.append(Code("law", self.law.controller.formula, self.law._arguments, self._numbers))
@@ -392,6 +430,22 @@ class Shadowed:
             play.progress[NEXT] -= 1
 
 
+def inputs_of(run: CompiledRun, numbers: Array) -> list[AnyArray]:
+    """Arrays that a run begins with, in the same order for each run of one structure.
+
+    Args:
+        run: at its start.
+        numbers: those among the settings of its law.
+    """
+    m, body, law = run.mechanics, run.senses.body, run.law
+    found = [m.touch.pads, m.tree.joints, m.tree.gravity, body.tip_rotations, body.bodies, body.gravity,
+             run.plan.effort_limit, run.plan.pushes.rows, m.state.q, m.state.v, m.state.z, numbers]  # fmt: skip
+    if law is not None:
+        found += [*_arrays(law._arguments[1]), law.memory]
+    shape = getattr(run.plant.world.shape, "data", None)
+    return found if shape is None else [*found, shape]
+
+
 def _arrays(argument: Any) -> Iterator[AnyArray]:
     """All arrays in tuples of tuples."""
     if isinstance(argument, tuple):
@@ -399,6 +453,11 @@ def _arrays(argument: Any) -> Iterator[AnyArray]:
             yield from _arrays(item)
     elif isinstance(argument, np.ndarray):
         yield argument
+
+
+def _asked_for(run: CompiledRun, periods: int) -> Array:
+    """What is asked for in all control periods."""
+    return np.concatenate([run.table(k, min(k + PERIODS - 1, periods)) for k in range(0, periods + 1, PERIODS)])
 
 
 def _padded(rows: Array, count: int) -> Array:

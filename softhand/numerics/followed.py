@@ -230,17 +230,24 @@ class Followed(Traced):
         return called
 
 
+def offsets_of(array: Any) -> Any:
+    """How many bytes behind the begin of an array each of its numbers lies, in the order of its indices."""
+    if array.dtype.names is not None:
+        assert array.flags["C_CONTIGUOUS"]
+        return np.arange(0, array.nbytes, 8)
+    index = np.indices(array.shape).reshape(array.ndim, -1)
+    return np.array(array.strides, dtype=np.int64) @ index if array.ndim else np.zeros(1, np.int64)
+
+
 def _without(array: Any, moving: frozenset[Place], layouts: Layouts) -> Any:
     """A copy in which the reals that may move are NaN, so that they are no part of the structure."""
     number, begin = layouts.number_of(array)
     own = [shift - begin for memory, shift in moving if memory == number]
-    if not own:
+    if not own or array.dtype.kind not in "fV":
         return array
     copy = np.array(array, order="C")
     words = copy.reshape(-1).view(np.float64)
-    for shift in own:
-        if 0 <= shift < copy.nbytes and array.flags["C_CONTIGUOUS"]:
-            words[shift // 8] = np.nan
+    words[np.isin(offsets_of(array), own)] = np.nan
     return copy
 
 
