@@ -22,7 +22,7 @@ from softhand.sensing.observation import Observation
 from softhand.settings.settings import read_settings
 from softhand.simulation.asking import Asking
 
-_SHARE, _LEAST = 1e-4, 1e-7
+_SHARE, _LEAST = 1e-4, 1e-4
 """Step of the differences: share of the largest number of a field, and at least."""
 
 
@@ -108,7 +108,9 @@ class InPython:
                 h = max(_SHARE * abs(held[k]), _LEAST)
 
                 def beside(x: float, k: int = k) -> Array:
-                    return self._answer(controller, block.copy(), (time, rebuilt(memory, iter(_with(held, k, x))), True))
+                    return self._answer(
+                        controller, block.copy(), (time, rebuilt(memory, iter(_with(held, k, x))), True)
+                    )
 
                 columns.append(self._slope(beside, h))
         for one in self.parameters:

@@ -1,4 +1,4 @@
-"""What a run costs: sums over its samples of squares, or of any function, of recorded variables; and their derivatives."""
+"""What a run costs: sums over its samples of squares, or any function, of recorded variables; and the derivatives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,8 +57,8 @@ class QuadraticCost:
         weight = self._numbers("weight", y.shape[1:])
         if np.shape(wanted) not in ((), y.shape[1:], y.shape):
             raise ScenarioError(
-                f"cost: {self.variable} has shape {y.shape[1:]} at a sample, {self.wanted!r} has {np.shape(wanted)[1:]};"
-                " give one of the same shape.",
+                f"cost: {self.variable} has shape {y.shape[1:]} at a sample, {self.wanted!r} has "
+                f"{np.shape(wanted)[1:]}; give one of the same shape.",
                 key="cost", value=self.wanted,
             )  # fmt: skip
         share = _share(time, self.terminal, self.start, self.end).reshape(-1, *[1] * (y.ndim - 1))
@@ -132,7 +132,7 @@ class FunctionCost:
                             ends.append(self._value(time[k], given))
                         found.append((ends[0] - ends[1]) / (2.0 * step))
                     given[name][place] = kept
-                    slopes[name][(k, *place)] = share[k] * (4.0 * found[1] - found[0]) / 3.0
+                    slopes[name][k][place] = share[k] * (4.0 * found[1] - found[0]) / 3.0
         return total, slopes
 
     def _value(self, time: float, given: Mapping[str, Array]) -> float:

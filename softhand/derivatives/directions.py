@@ -46,9 +46,7 @@ class Beside:
         own: controller in place of that of the scenario, with the settings that the scenario then has.
     """
 
-    def __init__(
-        self, variations: Variations, scenario: Scenario, keep: Keep, own: Controller | None = None
-    ) -> None:
+    def __init__(self, variations: Variations, scenario: Scenario, keep: Keep, own: Controller | None = None) -> None:
         self._variations, self._scenario, self._keep, self._own = variations, scenario, keep, own
         self._run: CompiledRun | None = None
         self._base = self._at(scenario)

@@ -1,7 +1,7 @@
 """What kernels of a run do on symbols that are not to be followed: laws by their formulas, slip by its equations.
 
 Slip is the root of some equations. The code that a run takes solves them with the kernel that there is; from there one
-step of Newton's method is followed, which moves nothing and has the derivatives of the root (implicit function theorem).
+step of Newton's method is followed, which moves nothing and has the derivatives of the root: implicit functions.
 """
 
 from __future__ import annotations
@@ -86,7 +86,9 @@ def solvers_of(plant: Plant, layouts: Layouts) -> list[Solver]:
 
 def still_memories(solvers: list[Solver], layouts: Layouts) -> set[int]:
     """Memories in which slip is solved."""
-    return {layouts.number_of(array)[0] for one in solvers for array in (one.pads, one.contacts, one.numbers, one.calls)}
+    return {
+        layouts.number_of(array)[0] for one in solvers for array in (one.pads, one.contacts, one.numbers, one.calls)
+    }
 
 
 def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:

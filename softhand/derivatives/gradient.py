@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, cast
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from softhand.assembly.parts import read_controller, read_stepper, written
-from softhand.assembly.resolve import Setup
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
@@ -20,9 +19,8 @@ from softhand.derivatives.costs import Cost, FunctionCost, QuadraticCost, costs_
 from softhand.derivatives.directions import Beside, Direction, moving_places
 from softhand.derivatives.outputs import Outputs
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
-from softhand.derivatives.situation import Situation
 from softhand.derivatives.switches import Crossing, crossings
-from softhand.derivatives.taped_run import LANES, Shadowed, TapedRun
+from softhand.derivatives.taped_run import LANES, LawNotFollowedError, Shadowed, TapedRun
 from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array, as_numbers
@@ -115,8 +113,8 @@ def gradient(
 
     (dy / dx)^T by the adjoint of all steps, observations and control laws of the run in about the time of the run, for
     any number of parameters; dx / dp from the scenario beside, the grasp at rest with it. At a switch, where a tip
-    touches, slips or an effort limit cuts, the way that the run takes is followed: the derivative is one-sided, and what
-    a change of the time of the switch does is not in it.
+    touches, slips or an effort limit cuts, the way that the run takes is followed: the derivative is one-sided, and
+    what a change of the time of the switch does is not in it.
 
     Args:
         scenario: from `load_scenario`, the name of one that ships, or the path of a TOML file. Stepper midpoint.
@@ -147,16 +145,25 @@ def gradient(
         base = base.with_values({"push": [*(push.model_dump() for push in base.push), nothing]})
     used = dict.fromkeys(name for one in costs for name in one.variables)
     keep = Keep.of(used, base.control_period if every is None else every, base.control_period)
-    work = _Work(base, keep, controller, law, torque)
-    chosen = work.chosen(names)
-    return work.gradient(costs, chosen, mode)
+    try:
+        work = _Work(base, keep, controller, law, torque)
+        return work.gradient(costs, work.chosen(names), mode)
+    except LawNotFollowedError:
+        work = _Work(base, keep, controller, law, torque, in_python=True)
+        return work.gradient(costs, work.chosen(names), mode)
 
 
 class _Work:
     """One gradient at work."""
 
     def __init__(
-        self, base: Scenario, keep: Keep, controller: Controller | None, law: Law | None, torque: Any
+        self,
+        base: Scenario,
+        keep: Keep,
+        controller: Controller | None,
+        law: Law | None,
+        torque: Any,
+        in_python: bool = False,
     ) -> None:
         self.keep = keep
         self.controller = controller or read_controller(base)
@@ -169,7 +176,8 @@ class _Work:
             )  # fmt: skip
         periods = round(base.duration / base.control_period)
         formula = self.controller.formula
-        self.in_python = torque is None and (formula is None or type(self.controller).torque is not Controller.torque)
+        is_python = in_python or formula is None or type(self.controller).torque is not Controller.torque
+        self.in_python = torque is None and is_python
         given = Given(period=self.controller.period) if self.in_python else Given() if torque is not None else None
         self.own = controller if given is None else None
         self.variations = Variations(base, given or controller, law)
@@ -179,8 +187,7 @@ class _Work:
 
     def chosen(self, names: list[str]) -> list[Parameter | str]:
         """The parameters that are asked for."""
-        at = Situation(self.setup, _Plantlike(self.setup), cast(Any, None), cast(Any, None), None, np.zeros(0))  # type: ignore[arg-type]
-        found = find_parameters(at, names)
+        found = find_parameters(self.scenario, self.setup.world, names)
         for one in found:
             if isinstance(one, Parameter) and isinstance(one.written, int):
                 raise ScenarioError(
@@ -263,13 +270,6 @@ class _Work:
             moving |= {(memory, begin + 8 * k) for k in range(6)}
         taped.moving = moving
         return taped
-
-
-class _Plantlike:
-    """What `find_parameters` asks of a plant."""
-
-    def __init__(self, setup: Setup) -> None:
-        self.world = setup.world
 
 
 def _commands(torque: Any, periods: int, n: int) -> Array:

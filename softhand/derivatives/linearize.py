@@ -89,7 +89,7 @@ def linearize(
     """
     at = find_situation(source, sample, state, torque, controller, law, overrides, values)
     keep = _kept(outputs, at)
-    chosen = find_parameters(at, parameters)
+    chosen = find_parameters(at.setup.scenario, at.plant.world, parameters)
     return _Work(at, keep, closed).linearization(chosen)
 
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.derivatives.situation import Situation
 from softhand.errors import ScenarioError
+from softhand.model.world import World
+from softhand.recording.units import slides_in
 from softhand.scenario.keywords import all_keys, full_keys
 from softhand.scenario.scenario import Scenario
 from softhand.scenario.values import list_values
@@ -62,18 +63,19 @@ def _beside(whole: Any, place: tuple[int, ...], amount: float) -> Any:
     return [_beside(part, tuple(rest), amount) if k == first else part for k, part in enumerate(whole)]
 
 
-def find_parameters(situation: Situation, names: Iterable[str]) -> list[Parameter | str]:
+def find_parameters(scenario: Scenario, world: World, names: Iterable[str]) -> list[Parameter | str]:
     """Parameters by key, and `WRENCH` as it is.
 
     Args:
-        situation: of the scenario.
+        scenario: with the defaults of all plugins written out.
+        world: that it makes.
         names: dotted keys, or the last part of one; a key that has a list of numbers gives one parameter each, or
             those of a place in it, `contact_points[0][1]`.
 
     Raises:
         ScenarioError: there is no such key, or its value is no number; names what is near.
     """
-    scenario = situation.setup.scenario
+    slides = np.array([name in slides_in(world.hand_text) for name in world.joint_names])
     table = scenario.model_dump(exclude_none=True)
     known = [*all_keys(table, Scenario), WRENCH]
     found: list[Parameter | str] = []
@@ -85,10 +87,9 @@ def find_parameters(situation: Situation, names: Iterable[str]) -> list[Paramete
         key = _key(stem, table, known)
         whole = _value(key, table)
         if whole is None and key == "object.mass":
-            model = situation.plant.world.model
-            whole = float(model.inertias[situation.plant.world.object_joint].mass)
+            whole = float(world.model.inertias[world.object_joint].mass)
             scenario = scenario.with_values({key: whole})
-        every = _numbers(key, whole, _unit(scenario, situation.slides, key))
+        every = _numbers(key, whole, _unit(scenario, slides, key))
         chosen = f"{key}{bracket}{rest}"
         some = [one for one in every if not bracket or one.name == chosen or one.name.startswith(f"{chosen}[")]
         if not some:

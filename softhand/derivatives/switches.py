@@ -40,7 +40,7 @@ def crossings(
     """
     found: list[Crossing] = []
     for k, i in zip(*np.nonzero(np.diff(sides, axis=0)), strict=True):
-        before, after, time = int(sides[k, i]), int(sides[k + 1, i]), round((k + 1) * step, 12)
+        before, after, time = int(sides[k, i]), int(sides[k + 1, i]), round(float((k + 1) * step), 12)
         if (before ^ after) & 1:
             found.append(Crossing(time, contacts[i], "touch", "touches" if after & 1 else "lifts off"))
             if not after & 2:
@@ -51,5 +51,5 @@ def crossings(
             found.append(Crossing(time, contacts[i], "surface", _FEATURES.get(after // 4, str(after // 4))))
     for k, i in zip(*np.nonzero(np.diff(limits, axis=0)), strict=True):
         to = {-1: "at its lower limit", 0: "within", 1: "at its upper limit"}[int(limits[k + 1, i])]
-        found.append(Crossing(round((k + 1) * period, 12), joints[i], "effort limit", to))
+        found.append(Crossing(round(float((k + 1) * period), 12), joints[i], "effort limit", to))
     return tuple(sorted(found, key=lambda one: one.time))

@@ -22,8 +22,8 @@ GOES_ON, NO_WAY, FULL, ASKED = range(4)
 asked."""
 
 NEXT, WHY, END, STEP, SAMPLE = range(5)
-"""Numbers of `Play.progress`: the entry of `order` that comes next, why the loop returned, words on the tape, steps that
-are done, samples that are kept."""
+"""Numbers of `Play.progress`: the entry of `order` that comes next, why the loop returned, words on the tape, steps
+that are done, samples that are kept."""
 
 
 class Play(NamedTuple):
@@ -100,6 +100,12 @@ def _go(typing_context, code, words, tape):
 
 
 @compiled
+def go(row, place):
+    """Call a code, an address and that of its words, with the tape from a place on."""
+    return _go(row[0], row[1], place)  # type: ignore[call-arg]
+
+
+@compiled
 def record(play, place):
     """Go on with the run until its end, or until something is missing.
 
@@ -117,7 +123,7 @@ def record(play, place):
                 if progress[END] + play.sizes[code, way] > play.tape.shape[0]:
                     progress[WHY] = FULL
                     return
-                if _go(play.table[code, way, 0], play.table[code, way, 1], place[0] + 8 * progress[END]):
+                if go(play.table[code, way], place[0] + 8 * progress[END]):
                     found = way
                     break
             if found < 0:
@@ -184,7 +190,7 @@ def push(play, shadows, place, lanes):
         code, k = play.order[e], play.period[e]
         if code >= 0:
             way = play.taken[e]
-            _go(shadows.table[code, way, 0], shadows.table[code, way, 1], place[0] + 8 * play.where[e])
+            go(shadows.table[code, way], place[0] + 8 * play.where[e])
         elif code == BEGIN:
             for i in range(shadows.now.shape[0]):
                 shadows.now[i] = shadows.desired[k, i]
@@ -226,7 +232,7 @@ def pull(play, shadows, place):
         code, k = play.order[e], play.period[e]
         if code >= 0:
             way = play.taken[e]
-            _go(shadows.table[code, way, 0], shadows.table[code, way, 1], place[0] + 8 * play.where[e])
+            go(shadows.table[code, way], place[0] + 8 * play.where[e])
         elif code == BEGIN:
             for i in range(shadows.now.shape[0]):
                 shadows.desired[k, i] += shadows.now[i]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,19 +14,17 @@ from softhand.batch import loop
 from softhand.batch.asked import PERIODS
 from softhand.batch.loop import BAD_TORQUE, look
 from softhand.batch.run import CompiledRun
-from softhand.derivatives.following import Solver, meanings_of, solvers_of, still_memories
+from softhand.derivatives.following import meanings_of, solvers_of, still_memories
 from softhand.derivatives.tape import (
     AFTER,
     ASK,
     ASKED,
     BEGIN,
-    END,
     FULL,
     KEEP,
     NEXT,
     NO_WAY,
     SAMPLE,
-    STEP,
     TAKE,
     WHY,
     Play,
@@ -37,14 +34,14 @@ from softhand.derivatives.tape import (
     push,
     record,
 )
-from softhand.errors import ScenarioError, SimulationStopped
+from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.model.rigid import branch_terms, rigid_terms
 from softhand.numerics.arrays import AnyArray, Array
-from softhand.numerics.differentiated import Writer, Ways, addresses, assembled, loaded
+from softhand.numerics.differentiated import Ways, Writer, addresses, assembled, loaded
 from softhand.numerics.followed import Followed
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import numbers_in
-from softhand.numerics.symbols import NotStraightError, Place
+from softhand.numerics.symbols import Place
 from softhand.sensing.fields import FIELDS
 from softhand.sensing.groups import parts_of
 from softhand.simulation.asking import limit
@@ -59,6 +56,10 @@ _WAYS = 64
 _FIRST_TAPE = 1 << 20
 LANES = 8
 """Of a tangent."""
+
+
+class LawNotFollowedError(Exception):
+    """A control law does what cannot be followed; its answers can still be differenced."""
 
 
 class Code(NamedTuple):
@@ -238,8 +239,8 @@ class TapedRun:
     def _in_order(self, commands: Array | None) -> tuple[list[int], list[int], list[int]]:
         """What is done when."""
         plan, numbers = self.plan, {code.name: k for k, code in enumerate(self._codes)}
-        step = [numbers[code.name] for code in self._codes
-                if code.name in ("drift", "kick begins", "kick") or code.name.startswith(("branch", "contact"))]  # fmt: skip
+        own = ("drift", "kick begins", "kick", "branch", "contact")
+        step = [numbers[code.name] for code in self._codes if code.name.startswith(own)]
         has_pushes = len(plan.pushes.rows) > 0
         order: list[int] = []
         period: list[int] = []
@@ -305,7 +306,11 @@ class TapedRun:
             followed = Followed(
                 code.function, code.arguments, tables, self.moving, self._meanings, self.layouts, code.numbers
             )
-        except NotStraightError as error:
+        except SofthandError:
+            raise
+        except Exception as error:
+            if code.name == "law":
+                raise LawNotFollowedError(str(error)) from error
             raise ScenarioError(
                 f"the derivative of {code.name!r} at t = {self.time():g} s cannot be taken: {error}.",
                 key=code.name, value=code.name,
@@ -314,6 +319,8 @@ class TapedRun:
             raise self._lost(*followed.result)
         if code.name == "limit" and followed.result is False:
             raise self._lost(BAD_TORQUE, 0)
+        if count == _WAYS and code.name == "law":
+            raise LawNotFollowedError("too many ways")
         if count == _WAYS:
             raise ScenarioError(
                 f"{code.name!r} takes more than {_WAYS} ways in this run, the last at t = {self.time():g} s.",
@@ -322,13 +329,15 @@ class TapedRun:
         writer = Writer(followed.sums, Ways(self._constant, self.moving, self._still))
         words = np.array(addresses(writer.memories, self.layouts.places), dtype=np.int64)
         self._ways[number].append(Way(writer, words))
-        play.table[number, count] = self.code_of(number, writer.recording()), words.ctypes.data
+        play.table[number, count] = self.code_of(number, count, writer.recording()), words.ctypes.data
         play.sizes[number, count] = len(writer.taped)
         play.ways[number] = count + 1
 
-    def code_of(self, number: int, text: str) -> int:
-        """Machine code of a text; quickly made where it runs once."""
-        return machine_code(text, self._codes[number].name == "begin")
+    def code_of(self, number: int, way: int, text: str) -> int:
+        """Machine code of a text; quickly made where it runs seldom."""
+        name = self._codes[number].name
+        is_first = way == 0 and name in ("look", "drift", "kick")
+        return machine_code(text, name == "begin" or is_first or way > 1)
 
     def _lost(self, fault: int, finger: int) -> SimulationStopped:
         """The error of a run that is lost midway."""
@@ -374,7 +383,7 @@ class Shadowed:
             for k, way in enumerate(ways):
                 words = np.concatenate([way.words, np.array(addresses(way.writer.memories, places), dtype=np.int64)])
                 text = way.writer.adjoint() if kind == "adjoint" else way.writer.tangent(lanes)
-                table[number, k] = taped.code_of(number, text), words.ctypes.data
+                table[number, k] = taped.code_of(number, k, text), words.ctypes.data
                 self._kept.append(words)
         at = self.at
         self.shadows = Shadows(

@@ -1,7 +1,7 @@
 """Followed sums and their derivatives as machine code: the sums themselves with a tape, their tangent, their adjoint.
 
-The tape is what the sums read. From it the tangent, dy = f'(x) dx, and the adjoint, x* += f'(x)^T y*, do the sums again;
-dx, dy, x* and y* lie in shadows of the memories of x and y. A place that is written has y* of no use before it: its
+The tape is what the sums read. From it the tangent, dy = f'(x) dx, and the adjoint, x* += f'(x)^T y*, do the sums
+again; dx, dy, x* and y* lie in shadows of the memories of x and y. A place that is written has y* of no use before it: its
 adjoint is taken from there, which leaves zero, and those of what was read are added.
 """
 
@@ -177,7 +177,9 @@ class Writer:
             value = self.sums.memory[place]
             dot = dots.get(value.index) if isinstance(value, Symbol) else None
             lines += self._shadow(f"o{n}", place, kind, lanes)
-            lines.append(f"store {kind} {dot or 'zeroinitializer' if lanes > 1 else dot or '0.0'}, {kind}* %qo{n}, align 8")
+            lines.append(
+                f"store {kind} {dot or 'zeroinitializer' if lanes > 1 else dot or '0.0'}, {kind}* %qo{n}, align 8"
+            )
         lines.append("ret i64 1")
         return self._whole(lines)
 

@@ -1,6 +1,6 @@
 """A kernel followed with the numbers of a run: what it computes on the way that these take, and what they must be like.
 
-As `tracing`, but each symbol has a number with it, so that a branch goes the way of that number, and the sums begin with
+As `tracing`, but each symbol has a number with it, so that a branch goes the way of that number, and the sums tell
 what must hold for this way. Where it does not, another way is followed; a run has few of them.
 """
 
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from softhand.numerics import branches
-from softhand.numerics.blocks import Block
+from softhand.numerics.blocks import Block, _strides
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.symbols import REAL, SMALL, TRUTH, WHOLE, NotStraightError, Place, Sums, Symbol
 from softhand.numerics.tracing import Traced, _Arrays, _Functions
@@ -62,6 +62,7 @@ class FollowedSums(Sums):
         self._layouts = layouts
 
     def step(self, kind: str, *step: Any) -> Symbol:
+        """One step, with its number."""
         key = tuple((item.index,) if type(item) is Number else (type(item), item) for item in step)
         if key not in self._known:
             value = self._computed(step[0], step[1:])
@@ -72,6 +73,7 @@ class FollowedSums(Sums):
         return self._known[key]
 
     def require(self, condition: Symbol) -> None:
+        """What the numbers must be like on this way."""
         self.step("", "require", condition)
 
     def _computed(self, word: str, rest: tuple[Any, ...]) -> Any:
@@ -95,6 +97,7 @@ class FollowedSums(Sums):
         return _KINDS[kind].from_address(self._layouts.places[place[0]] + place[1]).value
 
     def converted(self, kind: str, value: Any) -> Any:
+        """A number as one of another kind."""
         if isinstance(value, Symbol) and self.kinds[value.index] == TRUTH and kind != REAL:
             return self.step(kind, "zext", TRUTH, value, kind)
         return super().converted(kind, value)
@@ -144,6 +147,37 @@ class Number(Symbol):
         return self._compare("oeq", other)
 
 
+class View(Block):
+    """An array of symbols that can be given another shape."""
+
+    def __getitem__(self, index: Any) -> Any:
+        return _as_view(super().__getitem__(index))
+
+    def reshape(self, *shape: Any) -> View:
+        """The same numbers in another shape; they must lie behind one another."""
+        wanted = list(shape[0] if isinstance(shape[0], tuple) else shape)
+        size = math.prod(self.shape)
+        if -1 in wanted:
+            known = -math.prod(wanted)
+            wanted[wanted.index(-1)] = size // known if known else 0
+        if self.strides != _strides(self.dtype.itemsize, self.shape):
+            raise NotStraightError("another shape of numbers that do not lie behind one another")
+        fixed = None if self.fixed is None else self.fixed.reshape(wanted)
+        return View(
+            self.sums, self.memory, self.begin, self.dtype, wanted, _strides(self.dtype.itemsize, wanted), fixed
+        )
+
+    def ravel(self) -> View:
+        """All in a row."""
+        return self.reshape(-1)
+
+
+def _as_view(item: Any) -> Any:
+    if type(item) is not Block:
+        return item
+    return View(item.sums, item.memory, item.begin, item.dtype, item.shape, item.strides, item.fixed)
+
+
 class Followed(Traced):
     """A kernel that was followed on its arguments as they are now.
 
@@ -189,7 +223,12 @@ class Followed(Traced):
         if isinstance(argument, tuple):
             items = [self._symbol(item) for item in argument]
             return type(argument)(*items) if hasattr(argument, "_fields") else tuple(items)
-        return super()._symbol(argument)
+        return _as_view(super()._symbol(argument))
+
+    def room(self, shape: Any) -> Block:
+        """An array that a kernel makes."""
+        found: Block = _as_view(super().room(shape))
+        return found
 
     def block(self, array: Any) -> Block:
         """Symbols of an array."""
@@ -319,9 +358,7 @@ class _Math(_Functions):
     def degrees(x: Any) -> Any:
         return x * (180.0 / math.pi)
 
-    @staticmethod
-    def radians(x: Any) -> Any:
-        return x * (math.pi / 180.0)
+    radians = staticmethod(lambda x: x * (math.pi / 180.0))  # type: ignore[assignment]
 
 
 def _larger(*numbers: Any) -> Any:
