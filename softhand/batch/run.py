@@ -111,11 +111,12 @@ class CompiledRun:
         plan: what is done when, and what is kept.
         layouts: of the arrays of all three.
         observation: live.
+        keep: what is kept.
     """
 
     def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
         scenario = setup.asked
-        self._setup, self._keep, self._asked = setup, keep, asked
+        self._setup, self.keep, self._asked = setup, keep, asked
         self._asked_for: Any = None
         self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
@@ -174,7 +175,7 @@ class CompiledRun:
         Returns:
             False where the two differ in more; then this run is of no use.
         """
-        if self.law is None or keep != self._keep or _times(setup) != _times(self._setup):
+        if self.law is None or keep != self.keep or _times(setup) != _times(self._setup):
             return False
         if not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
             return False
@@ -230,7 +231,7 @@ class CompiledRun:
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self.mechanics.torque[:] = torque
-        kept = parts_of(self._keep.fields)
+        kept = parts_of(self.keep.fields)
         self.plan = self.plan._replace(law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()))
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
@@ -283,4 +284,4 @@ class CompiledRun:
 
     def _result(self, outcome: Outcome) -> Result:
         rows = self.plan.rows[: self.plan.progress[SAMPLES]].copy()
-        return Result(outcome, self._keep.variables_of(rows, self.observation.known.sizes, self.plant))
+        return Result(outcome, self.keep.variables_of(rows, self.observation.known.sizes, self.plant))

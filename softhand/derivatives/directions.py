@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from softhand.assembly.parts import read_start
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
+from softhand.batch.loop import LAST
 from softhand.batch.run import CompiledRun
 from softhand.controllers.controller import Controller
 from softhand.derivatives.parameters import Parameter
-from softhand.derivatives.taped_run import inputs_of
+from softhand.derivatives.taped_run import asked_for, inputs_of
 from softhand.errors import ScenarioError, SofthandError
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.followed import offsets_of
@@ -49,6 +52,8 @@ class Beside:
     def __init__(self, variations: Variations, scenario: Scenario, keep: Keep, own: Controller | None = None) -> None:
         self._variations, self._scenario, self._keep, self._own = variations, scenario, keep, own
         self._run: CompiledRun | None = None
+        self._asked: Any = None
+        self._desired = np.zeros((0, 0))
         self._base = self._at(scenario)
 
     def direction(self, one: Parameter) -> Direction:
@@ -91,9 +96,10 @@ class Beside:
             self._run = CompiledRun(setup, self._keep, Asked())
         run = self._run
         numbers = np.array(numbers_in(run.law._arguments)) if run.law is not None else np.zeros(0)
-        periods = int(run.plan.progress[2])
-        desired = [run.table(first, min(first + 499, periods)) for first in range(0, periods + 1, 500)]
-        return [*(numbers_of(array) for array in inputs_of(run, numbers)), np.concatenate(desired)]
+        asked = setup.reference, read_start(setup.asked).row().tobytes()
+        if asked != self._asked:
+            self._asked, self._desired = asked, asked_for(run, int(run.plan.progress[LAST]))
+        return [*(numbers_of(array) for array in inputs_of(run, numbers)), self._desired]
 
 
 def numbers_of(array: AnyArray) -> Array:
@@ -101,10 +107,11 @@ def numbers_of(array: AnyArray) -> Array:
     if array.dtype.names is None:
         return np.array(array, dtype=float).reshape(-1)
     words: Array = np.ascontiguousarray(array).reshape(-1).view(np.float64).copy()
-    words[~np.tile(_is_real(array.dtype), array.size)] = 0.0
-    return np.nan_to_num(words)
+    words.reshape(array.size, array.dtype.itemsize // 8)[:, ~_is_real(array.dtype)] = 0.0
+    return np.nan_to_num(words, copy=False)
 
 
+@cache
 def _is_real(dtype: np.dtype[np.void]) -> AnyArray:
     """Which words of a row are reals."""
     assert dtype.names is not None

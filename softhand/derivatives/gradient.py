@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Lock
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from softhand.assembly.parts import read_controller, read_stepper, written
+from softhand.assembly.resolve import Setup
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
@@ -209,6 +211,20 @@ class _Work:
         beside = Beside(self.variations, self.scenario, self.keep, self.own)
         directions = {one.name: beside.direction(one) for one in numbers if one not in in_python}
         taped = self._taped(list(directions.values()), WRENCH in chosen)
+        try:
+            return self._of(taped, costs, chosen, directions, in_python, mode)
+        finally:
+            _SEATS.leave(taped)
+
+    def _of(
+        self,
+        taped: TapedRun,
+        costs: list[QuadraticCost | FunctionCost],
+        chosen: list[Parameter | str],
+        directions: Mapping[str, Direction],
+        in_python: list[Parameter],
+        mode: str,
+    ) -> Gradient:
         asked = InPython(taped, self.controller, in_python, self.scenario) if self.in_python else None
         taped.record(asked.ask if asked else None)
         outputs = Outputs(self.keep, taped)
@@ -262,14 +278,52 @@ class _Work:
         setup = self.variations.to(self.scenario)
         if self.own is not None:
             setup = replace(setup, controller=self.own)
-        run = CompiledRun(setup, self.keep, Asked())
-        taped = TapedRun(run, self.commands, in_python=self.in_python)
-        moving = moving_places(directions, taped.inputs(), taped.layouts.number_of)
-        if with_wrench:
-            memory, begin = taped.layouts.number_of(_last_push(taped))
-            moving |= {(memory, begin + 8 * k) for k in range(6)}
-        taped.moving = moving
+        taped = _SEATS.take(setup, self.keep, self.commands, self.in_python)
+        if taped is not None and _moving(taped, directions, with_wrench) <= taped.moving:
+            return taped
+        taped = TapedRun(CompiledRun(setup, self.keep, Asked()), self.commands, in_python=self.in_python)
+        taped.moving = _moving(taped, directions, with_wrench)
         return taped
+
+
+class _Seats:
+    """The last runs, whose codes another run of the same structure can use."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._taped: list[TapedRun] = []
+
+    def take(self, setup: Setup, keep: Keep, commands: Array | None, in_python: bool) -> TapedRun | None:
+        """One that has become the run that is asked for, if there is any; nobody else has it meanwhile."""
+        with self._lock:
+            alike = [one for one in self._taped if one.is_like(keep, commands, in_python)]
+            for one in alike:
+                self._taped.remove(one)
+        found = None
+        for one in alike:
+            if found is None and one.become(setup, keep, commands):
+                found = one
+            elif found is not None:
+                self.leave(one)
+        return found
+
+    def leave(self, taped: TapedRun) -> None:
+        """Give one back."""
+        with self._lock:
+            self._taped = [taped, *self._taped][:_SEATS_KEPT]
+
+
+_SEATS_KEPT = 4
+_SEATS = _Seats()
+
+
+def _moving(taped: TapedRun, directions: list[Direction], with_wrench: bool) -> frozenset[tuple[int, int]]:
+    """Places that derivatives are taken by."""
+    moving = moving_places(directions, taped.inputs(), taped.layouts.number_of)
+    if with_wrench:
+        memory, begin = taped.layouts.number_of(_last_push(taped))
+        moving |= {(memory, begin + 8 * k) for k in range(6)}
+    return moving
 
 
 def _commands(torque: Any, periods: int, n: int) -> Array:

@@ -120,6 +120,8 @@ class TapedRun:
         in_python: bool = False,
     ) -> None:
         self.run, self.moving, self._follows_law = run, moving, commands is None and not in_python
+        self._has_commands, self._in_python = commands is not None, in_python
+        self._known: dict[tuple[str, int, int, int], int] = {}
         self.m, self.senses, self.plan = run.mechanics, run.senses, run.plan
         self.law, self.plant = run.law, run.plant
         if in_python:
@@ -143,7 +145,7 @@ class TapedRun:
         self._constant = {self.layouts.number_of(array)[0] for array in self.constants()}
         n_steps = sum(1 for code in order if code == AFTER)
         n, plan = len(self.m.torque), self.plan
-        periods = int(plan.progress[2])
+        periods = int(plan.progress[loop.LAST])
         self.start_rows = starts
         self.play = Play(
             order=np.array(order, dtype=np.int64),
@@ -155,7 +157,7 @@ class TapedRun:
             where=np.zeros(len(order), np.int64),
             tape=np.empty(_FIRST_TAPE),
             progress=np.zeros(5, np.int64),
-            desired=_asked_for(run, periods),
+            desired=asked_for(run, periods),
             now=plan.now,
             clock=plan.clock,
             commands=np.zeros((periods + 1, n)) if commands is None else _padded(commands, periods + 1),
@@ -175,6 +177,11 @@ class TapedRun:
         )
         self._place = np.zeros(1, np.int64)
 
+    def is_like(self, keep: Keep, commands: Array | None, in_python: bool) -> bool:
+        """Whether it may become such a run."""
+        has_commands = commands is not None
+        return (keep, has_commands, in_python) == (self.run.keep, self._has_commands, self._in_python)
+
     def become(self, setup: Setup, keep: Keep, commands: Array | None) -> bool:
         """Be another run that differs in numbers alone, at its start.
 
@@ -188,7 +195,7 @@ class TapedRun:
             self._numbers[:] = numbers_in(self.law._arguments)
         for i, solver in enumerate(self._solvers):
             solver.pads[...] = self.plant.pads[i : i + 1]
-        play.desired[...] = _asked_for(self.run, len(play.desired) - 1)
+        play.desired[...] = asked_for(self.run, len(play.desired) - 1)
         if commands is not None:
             play.commands[...] = _padded(commands, len(play.commands))
         play.progress[:] = 0
@@ -245,7 +252,7 @@ class TapedRun:
         order: list[int] = []
         period: list[int] = []
         starts: list[int] = []
-        last = int(plan.progress[2])
+        last = int(plan.progress[loop.LAST])
         for k in range(last + 1):
             starts.append(len(order))
             is_kept = k % plan.every == 0
@@ -333,6 +340,15 @@ class TapedRun:
         play.sizes[number, count] = len(writer.taped)
         play.ways[number] = count + 1
 
+    def slope_code(self, kind: str, lanes: int, number: int, way: int) -> int:
+        """Machine code of the tangent or the adjoint of a way."""
+        key = kind, lanes, number, way
+        if key not in self._known:
+            writer = self._ways[number][way].writer
+            text = writer.adjoint() if kind == "adjoint" else writer.tangent(lanes)
+            self._known[key] = self.code_of(number, way, text)
+        return self._known[key]
+
     def code_of(self, number: int, way: int, text: str) -> int:
         """Machine code of a text; quickly made where it runs seldom."""
         name = self._codes[number].name
@@ -382,8 +398,7 @@ class Shadowed:
         for number, ways in enumerate(taped._ways):
             for k, way in enumerate(ways):
                 words = np.concatenate([way.words, np.array(addresses(way.writer.memories, places), dtype=np.int64)])
-                text = way.writer.adjoint() if kind == "adjoint" else way.writer.tangent(lanes)
-                table[number, k] = taped.code_of(number, k, text), words.ctypes.data
+                table[number, k] = taped.slope_code(kind, lanes, number, k), words.ctypes.data
                 self._kept.append(words)
         at = self.at
         self.shadows = Shadows(
@@ -464,7 +479,7 @@ def _arrays(argument: Any) -> Iterator[AnyArray]:
         yield argument
 
 
-def _asked_for(run: CompiledRun, periods: int) -> Array:
+def asked_for(run: CompiledRun, periods: int) -> Array:
     """What is asked for in all control periods."""
     return np.concatenate([run.table(k, min(k + PERIODS - 1, periods)) for k in range(0, periods + 1, PERIODS)])
 

@@ -1,8 +1,8 @@
 """Followed sums and their derivatives as machine code: the sums themselves with a tape, their tangent, their adjoint.
 
 The tape is what the sums read. From it the tangent, dy = f'(x) dx, and the adjoint, x* += f'(x)^T y*, do the sums
-again; dx, dy, x* and y* lie in shadows of the memories of x and y. A place that is written has y* of no use before it: its
-adjoint is taken from there, which leaves zero, and those of what was read are added.
+again; dx, dy, x* and y* lie in shadows of the memories of x and y. A place that is written has y* of no use before it:
+its adjoint is taken from there, which leaves zero, and those of what was read are added.
 """
 
 from __future__ import annotations
