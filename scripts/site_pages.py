@@ -35,7 +35,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
         ("grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal", "place_object", "Placement",
-         "workspace", "Workspace"),
+         "workspace", "Workspace", "squeeze", "Squeeze", "squeeze_curve", "SqueezeCurve", "slip_margin", "SlipMargin",
+         "worst_push", "WorstPush"),
     ),
     "analysis": (
         "Analysis",
@@ -43,7 +44,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
          "gradient", "Gradient", "QuadraticCost", "FunctionCost",
          "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "identify", "Identification"),
+         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

@@ -184,6 +184,7 @@ MISTAKES = {
     r"cost: 'object_positoin' is no variable of a recording; did you mean 'object_position'": {
         "cost": QuadraticCost("object_positoin")
     },
+    r"cost: measured_object_rpy is there in runs with instruments": {"cost": QuadraticCost("measured_object_rpy")},
     r"cost: is_slipping is 0, 1": {"cost": QuadraticCost("is_slipping")},
     r"cost: wanted of object_position is \[1, 2\]": {"cost": QuadraticCost("object_position", [1, 2])},
     r"torque: got an array of shape \(3, 9\); give finite numbers of shape \(50, 9\)": {"torque": np.zeros((3, 9))},

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import Array, as_numbers
-from softhand.recording.variables import VARIABLES
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX, VARIABLES
 from softhand.settings.failures import failure
 from softhand.settings.guesses import did_you_mean
 
@@ -184,6 +184,12 @@ def _check(name: str) -> None:
     if name not in VARIABLES or name == "time":
         raise ScenarioError(
             f"cost: {name!r} is no variable of a recording{did_you_mean(name, list(VARIABLES)[1:]) or '.'}",
+            key="cost", value=name,
+        )  # fmt: skip
+    if name == COMMANDED or name.startswith(MEASURED_PREFIX):
+        raise ScenarioError(
+            f"cost: {name} is there in runs with instruments or drives alone, which have no gradient; choose "
+            f"{'joint_torque' if name == COMMANDED else name.removeprefix(MEASURED_PREFIX)}.",
             key="cost", value=name,
         )  # fmt: skip
     if name in _WHOLE:

@@ -147,6 +147,13 @@ def gradient(
         base = base.with_values({"push": [*(push.model_dump() for push in base.push), nothing]})
     used = dict.fromkeys(name for one in costs for name in one.variables)
     keep = Keep.of(used, base.control_period if every is None else every, base.control_period)
+    for name in ("sensing", "actuation"):
+        if getattr(base, name) is not None:
+            raise ScenarioError(
+                f"{name}: a gradient is that of a run with ideal instruments and drives; leave the section [{name}] "
+                "out of the scenario.",
+                key=name, value=getattr(base, name),
+            )  # fmt: skip
     try:
         work = _Work(base, keep, controller, law, torque)
         return work.gradient(costs, work.chosen(names), mode)
