@@ -130,6 +130,33 @@ def test_a_controller_in_plain_python_is_differenced():
     assert found["object.mass"] == pytest.approx(heavier, rel=1e-6)
 
 
+class Held(softhand.Controller):
+    """The same springs without an integral, as a formula."""
+
+    stiffness: float = 0.5
+    """[N m/rad]"""
+
+    def start(self, observation):
+        """Angles and torques of the start."""
+        return np.concatenate([observation.joint_position, observation.hand_force_jacobian.T @ observation.f_C])
+
+    @staticmethod
+    def formula(observed, settings, memory, torque):
+        """Springs towards angles beside those of the start."""
+        n = torque.shape[0]
+        for j in range(n):
+            off = observed.joint_position[j] - memory[j] - 0.01
+            torque[j] += observed.gravity_torque[j] + memory[n + j] - settings.stiffness * off
+
+
+def test_a_formula_of_ones_own_is_followed(monkeypatch):
+    monkeypatch.setattr("softhand.derivatives.gradient.InPython", None)  # it is not differenced
+    over = {"duration": 0.02}
+    found = softhand.gradient("target-a", END, ["controller.stiffness"], controller=Held(), overrides=over)
+    wanted = _differences(lambda x: _cost(softhand.simulate("target-a", Held(stiffness=x), overrides=over)), 0.5, 0.02)
+    assert found["controller.stiffness"] == pytest.approx(wanted, rel=1e-6)
+
+
 def test_torques_of_ones_own():
     held = softhand.simulate("hold", overrides={"duration": 0.02}).joint_torque[:-1]
     cost = QuadraticCost("object_position", [0.0, 0.01, 0.15], 1e4, terminal=True)

@@ -100,7 +100,11 @@ class InPython:
             h = max(_SHARE * float(np.max(np.abs(block[begin : begin + size]))), _LEAST)
             for k in range(begin, begin + size):
                 used.append(k)
-                columns.append(self._slope(lambda x, k=k: self._answer(controller, _with(block, k, x), asked), h))
+
+                def there(x: float, k: int = k) -> Array:
+                    return self._answer(controller, _with(block, k, x), asked)
+
+                columns.append(self._slope(there, h))
         base = self._answer(controller, block.copy(), asked)
         if started:
             held = np.concatenate([[], *numbers_of(memory)])

@@ -236,10 +236,11 @@ class _Work:
         taped.record(asked.ask if asked else None)
         outputs = Outputs(self.keep, taped)
         time, found = outputs.time, outputs.values()
-        seeds, told = {}, {}
-        for one in costs:
-            value, slopes = one.at(time, found)
-            told[_unused(one.name, told)] = value
+        seeds: dict[str, Array] = {}
+        told: dict[str, float] = {}
+        for term in costs:
+            value, slopes = term.at(time, found)
+            told[_unused(term.name, told)] = value
             for name, slope in slopes.items():
                 seeds[name] = seeds.get(name, 0.0) + slope
         rows = outputs.seed(seeds)
@@ -259,7 +260,10 @@ class _Work:
             slopes_of, wrench = _forwards(taped, directions, rows, WRENCH in chosen, asked)
         if asked:
             slopes_of.update(asked.slopes(mode))
-        names, units, values, slopes_ = [], [], [], []
+        names: list[str] = []
+        units: list[str] = []
+        values: list[float] = []
+        slopes_: list[float] = []
         for one in chosen:
             if isinstance(one, Parameter):
                 names.append(one.name)

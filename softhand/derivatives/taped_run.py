@@ -79,23 +79,27 @@ class Way(NamedTuple):
     words: NDArray[np.int64]
 
 
-def begin_steps(tree, touch, terms, envelope, kicks, at, step, state):  # type: ignore[no-untyped-def]
+def begin_steps(tree, touch, terms, envelope, kicks, at, step, state):
     """What the first step from a state does before."""
     rigid_terms(tree, state.q, state.v, terms)
     start_step(touch, terms, envelope, kicks, at, step, state)
 
 
-def push_bodies(pushes, clock, terms, external):  # type: ignore[no-untyped-def]
+def push_bodies(pushes, clock, terms, external):
     """The pushes of a step."""
     for k in range(external.shape[0]):
         external[k] = 0.0
     add_pushes(pushes, clock[0], terms.poses, terms.J, external)
 
 
-def take_formula(formula, observed, settings, memory, torque):  # type: ignore[no-untyped-def]
-    """A formula of a user begins with no torque."""
-    torque[:] = 0.0
-    formula(observed, settings, memory, torque)
+def beginning_with_none(formula: Any) -> Any:
+    """A formula of a user, which begins with no torque."""
+
+    def begun(observed, settings, memory, torque):
+        torque[:] = 0.0
+        formula(observed, settings, memory, torque)
+
+    return begun
 
 
 class TapedRun:
@@ -236,11 +240,10 @@ class TapedRun:
             Code("kick", kick, (m.envelope, m.kicks, step, m.state.v)),
         ]  # fmt: skip
         if self._follows_law and self.law is not None:
-            plain = self.law._plain
-            if plain is None:
-                found.append(Code("law", self.law.controller.formula, self.law._arguments, self._numbers))
-            else:
-                found.append(Code("law", take_formula, (plain, *self.law._arguments), self._numbers))
+            formula = self.law._plain
+            followed = self.law.controller.formula if formula is None else beginning_with_none(formula)
+            assert followed is not None
+            found.append(Code("law", followed, self.law._arguments, self._numbers))
         return found
 
     def _in_order(self, commands: Array | None) -> tuple[list[int], list[int], list[int]]:
