@@ -37,6 +37,10 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
+    from softhand.derivatives.costs import FunctionCost as FunctionCost
+    from softhand.derivatives.costs import QuadraticCost as QuadraticCost
+    from softhand.derivatives.gradient import Gradient as Gradient
+    from softhand.derivatives.gradient import gradient as gradient
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
@@ -127,6 +131,8 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "derivatives.costs": ("FunctionCost", "QuadraticCost"),
+    "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
     "derivatives.linearize": ("linearize",),
     "errors": (

@@ -111,7 +111,7 @@ def linearize_at(
 ) -> Linearization:
     """As `linearize`, where the place is known already."""
     keep, names = _kept(outputs, at), [parameters] if isinstance(parameters, str) else list(parameters)
-    chosen = find_parameters(at, names) if names else []
+    chosen = find_parameters(at.setup.scenario, at.plant.world, names) if names else []
     return _Work(at, keep, closed).linearization(chosen)
 
 
