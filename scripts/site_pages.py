@@ -42,7 +42,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
          "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "identify", "Identification"),
+         "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",
