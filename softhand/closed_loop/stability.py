@@ -13,10 +13,11 @@ from softhand.closed_loop.gain_loop import close_gain_loop
 from softhand.closed_loop.linearize import LinearModel
 from softhand.closed_loop.loop import ROUNDING, close_loop
 from softhand.closed_loop.scan import Scan, scan
-from softhand.closed_loop.start import HeldStart, held_end, held_start
+from softhand.closed_loop.start import HeldStart, held_end, held_start, held_state
 from softhand.controllers.regulation import Regulation
 from softhand.errors import GraspError
 from softhand.numerics.record import Record
+from softhand.plant.state import State
 from softhand.plugins import plugin_name
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario
@@ -72,7 +73,10 @@ class Stability(Record):
 
 
 def stability(
-    scenario: Scenario | Recording, with_scan: bool = True, progress: Callable[[float], None] | None = None
+    scenario: Scenario | Recording,
+    with_scan: bool = True,
+    progress: Callable[[float], None] | None = None,
+    state: State | None = None,
 ) -> Stability:
     """How fast small motions grow or die out under a controller, about the start of a scenario or the end of a run.
 
@@ -84,14 +88,18 @@ def stability(
             sample is held since the reference stands still, the last one if it never does.
         with_scan: whether K_O of `regulation` is scanned against the stiffness of the tips; about a start only.
         progress: called with the share of the scan done.
+        state: of a scenario, such as that of an `Equilibrium`, in place of its start; there is no scan then.
 
     Raises:
+        ScenarioError: it is no state of this plant.
         GraspError: there is no start at rest, or `regulation` has open fingers.
         LawError: the scan has no law whose coefficients scale its force.
         RecordingError: the recording is empty, or its scenario cannot be read.
     """
     if isinstance(scenario, Recording):
         return _about(held_end(scenario))
+    if state is not None:
+        return _about(held_state(scenario, state))
     start = held_start(scenario)
     if scenario.grasp.opening and isinstance(start.controller, Regulation):
         raise GraspError(

@@ -16,10 +16,12 @@ from softhand.plant.dynamics import generalized_force
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.resting.torques import Torques
+from softhand.simulation.faults import APEX, FLAT, HEALTHY, RIM, find_fault
 from softhand.simulation.pushes import Pushes
 
-_STEP = 1e-6  # of differences [rad, m]
+_STEP, _LEAST_STEP = 1e-6, 1e-9  # of differences [rad, m]
 _SHIFT, _TURN = 1e-3, 0.03  # the longest step of a way [m, rad]
+_FAULTS = {FLAT: "is pressed flat", APEX: "rolls over its apex", RIM: "rolls over its rim"}
 
 
 class Point(NamedTuple):
@@ -60,6 +62,7 @@ class Balance:
         self.plant, self.torques, self._pushes = plant, torques, pushes
         world, nv = plant.world, plant.world.model.nv
         self._effort, self._nv, self._still = world.effort_limit, nv, np.zeros(nv)
+        self._Theta = np.full(world.n_tips, np.nan)
         self._relaxes = bool(np.any(is_memory(plant)))
         self.size = nv + len(torques.sizes)
         self.is_length = np.array([*slides_of(world), True, True, True, False, False, False])
@@ -76,10 +79,17 @@ class Balance:
         q, z = self._roll(point.state, way[: self._nv])
         return self._here(State(q, self._still, z, point.state.time), point.memory, way[self._nv :])
 
-    def slope(self, point: Point, way: Array) -> Array:
-        """Derivatives of `left` by the way, by central differences, shape (size, size)."""
+    def slope(self, point: Point, way: Array, near: float = 1.0) -> Array:
+        """Derivatives of `left` by the way, by central differences, shape (size, size).
+
+        Args:
+            point: where the step begins.
+            way: where they are taken.
+            near: how far it is to a root [rad, m]; a kink beyond it is not to be seen.
+        """
         found = np.empty((self.size, self.size))
-        steps = np.concatenate([np.full(self._nv, _STEP), _STEP * self.torques.sizes])
+        h = min(_STEP, max(_LEAST_STEP, 0.3 * near))
+        steps = np.concatenate([np.full(self._nv, h), _STEP * self.torques.sizes])
         for k, h in enumerate(steps):
             move = np.zeros(self.size)
             move[k] = h
@@ -94,6 +104,13 @@ class Balance:
         self.plant.note_slip(z)
         self.torques.go_on()
         return Point(State(found.state.q, self._still, z, found.state.time), found.memory)
+
+    def fault(self, found: Point) -> str:
+        """What ends the fingertip model at a point, in words; nothing if it holds there."""
+        self.plant.update(*found.state.arrays)
+        fault, contact = find_fault(self._still, self.plant.pads, self.plant.contacts, self._Theta)
+        name = self.plant.contact_names[contact]
+        return "" if fault == HEALTHY else f"{name} {_FAULTS.get(fault, 'has no force there by its law')}"
 
     def share_of_step(self, way: Array) -> float:
         """How long a way is, 1 for the longest step."""

@@ -36,7 +36,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.simulation.pushes import Push, Pushes
 
 _FIRST = 0.02  # of the way of a reference
-_AT_LIMIT = 1.0 - 1e-6  # use of the limit surface
+_AT_LIMIT, _NEARLY = 1.0 - 1e-6, 0.99  # use of the limit surface, at rest and a step before it is lost
 _FALLS = 1e-3  # [m]
 
 
@@ -149,7 +149,9 @@ class _Work:
 
     def _ask(self, share: float) -> None:
         t0 = float(self.start.state.time)
-        self.asked.now[0] = goal_of(self.motion.update(t0 + share * (self.end - t0))).row()
+        time = t0 + share * (self.end - t0)
+        self.asked.now[0] = goal_of(self.motion.update(time)).row()
+        self.torques.set_time(time)
 
     def _ways(self) -> list[Callable[[float], State]]:
         """Displacements of joints and object, the contacts rolling."""
@@ -178,12 +180,12 @@ class _Work:
         effort = world.effort_limit
         left = found.left[n : n + 6]
         world_force = np.einsum("kab,kb->ka", contacts["rotation"], contacts["force"][:, :3])
-        limits = tuple(self._limits(found, touching))
-        refusal = self._refusal(let_go, done, limits, R @ left[:3]) if done.fell else None
+        limits = tuple(self._limits(found, touching, _NEARLY if done.fell else _AT_LIMIT))
+        refusal = self._refusal(let_go, done, limits, self._left(found.left, R)) if done.fell else None
         growth, growing = (math.nan, "") if refusal else self._growth(where, torque)
         return Equilibrium(
             refusal=refusal,
-            time=float(where.state.time),
+            time=float(self._time(done, let_go)),
             joints=tuple(world.joint_names),
             tips=plant.contact_names[:nt],
             supports=plant.contact_names[nt:],
@@ -211,11 +213,11 @@ class _Work:
             nearest=self._saved(where, torque),
         )
 
-    def _limits(self, found: Found, touching: NDArray[np.bool_]) -> Iterator[Limit]:
+    def _limits(self, found: Found, touching: NDArray[np.bool_], slips: float) -> Iterator[Limit]:
         plant, world = self.plant, self.plant.world
         for name, pad, contact, touched in zip(plant.contact_names, plant.pads, plant.contacts, touching, strict=True):
             presses = contact["force"][2] > 0.0
-            if presses and pad["can_slip"] and contact["limit_surface_use"] > _AT_LIMIT:
+            if presses and pad["can_slip"] and contact["limit_surface_use"] > slips:
                 yield Limit("slip", name)
             if touched and not presses:
                 yield Limit("lift-off", name)
@@ -229,23 +231,35 @@ class _Work:
             if not least <= angle <= most:
                 yield Limit("joint limit", name)
 
-    def _refusal(self, let_go: Travel, done: Travel, limits: tuple[Limit, ...], force: Array) -> GraspError:
+    def _time(self, done: Travel, let_go: Travel) -> float:
+        """Up to which the reference was followed [s]."""
+        t0 = float(self.start.state.time)
+        return t0 if done is let_go else t0 + done.share * (self.end - t0)
+
+    def _left(self, left: Array, R: Array) -> str:
+        """The larger part of what is left, in words: the force on the object, or the torque of a joint."""
+        world, n = self.plant.world, self.plant.world.n_joints
+        force = R @ left[n : n + 3]
+        j = int(np.argmax(np.abs(left[:n])))
+        if np.abs(left[j]) / self.balance.length > np.linalg.norm(force):
+            return f"{abs(left[j]):.3g} N m at {world.joint_names[j]}"
+        return f"{np.linalg.norm(force):.3g} N on the object along {direction(-force)}"
+
+    def _refusal(self, let_go: Travel, done: Travel, limits: tuple[Limit, ...], left: str) -> GraspError:
         """Why there is none: where balance ends, what is left there, and where the object goes."""
         world, stuck = self.plant.world, done.stuck or done.point
         way = world.object_position(done.point.state.q) - world.object_position(stuck.state.q)
         far = float(np.linalg.norm(way))
+        told = f"there is no rest: the reference can be followed to t = {self._time(done, let_go):.4g} s"
         if let_go.fell:
-            up_to = f"{100.0 * done.share:.3g} % of what holds the given state can be let go"
-            needed = f"; {np.linalg.norm(force):.3g} N along {direction(-force)} would still have to hold the object"
-        else:
-            up_to = f"the reference can be followed to t = {stuck.state.time:g} s"
-            needed = ""
-        at_limit = f", with {', '.join(f'{one.where} at its limit ({one.what})' for one in limits)}" if limits else ""
-        moves = f"the object goes along {direction(way)}" if far > _FALLS else "joints or object do not come to rest"
-        return GraspError(
-            f"there is no rest: {up_to}{at_limit}{needed}; then {moves}, {1e3 * far:.3g} mm and on.",
-            finger=limits[0].where if limits else "", quantity="rest", value=force,
-        )  # fmt: skip
+            told = f"there is no rest: {100.0 * done.share:.3g} % of what holds the given state can be let go"
+        if limits:
+            told += f", where {', '.join(f'{one.where} is at its limit ({one.what})' for one in limits)}"
+        told += f"; {left} would still have to be held" if let_go.fell else ""
+        then = f"the object goes along {direction(way)}" if far > _FALLS else "hand and object do not come to rest"
+        told += f"; then {then}" if done.point is not stuck else ""
+        told += f" until {done.fault}, where the fingertip model ends" if done.fault else ""
+        return GraspError(f"{told}.", finger=limits[0].where if limits else "", quantity="rest", value=done.share)
 
     def _growth(self, where: Point, torque: Array) -> tuple[float, str]:
         """Of small motions beside a rest [1/s], and what moves most in the fastest."""

@@ -16,7 +16,7 @@ from softhand.plant.state import State
 
 _STEP = 1e-6
 """Of differences in the memory."""
-_FAR, _CALLS, _SETTLED = 1e-4, 5, 1e-12
+_FAR, _CALLS, _SETTLED = 1e-4, 8, 1e-12
 """Displacement beside which a memory is seen to drift, over how many calls, and by what share of it [rad, m]."""
 
 
@@ -54,6 +54,10 @@ class Torques(ABC):
     def go_on(self) -> None:
         """The clock of a controller runs on."""
 
+    @abstractmethod
+    def set_time(self, time: float) -> None:
+        """The reference is followed to a time [s]."""
+
 
 class HeldTorques(Torques):
     """The same at each state."""
@@ -68,13 +72,16 @@ class HeldTorques(Torques):
     def go_on(self) -> None:
         """There is no clock."""
 
+    def set_time(self, time: float) -> None:
+        """There is no clock."""
+
 
 class ControllerTorques(Torques):
     """Those of a controller.
 
-    What it remembers follows the way, as it is asked at each point of it: an estimate that sums up joint motions stays
-    right. A memory that does not rest by itself where the state does, as that of a filter or of an integral, is sought
-    together with the state. These are the numbers that change with the state, and by which the torque does.
+    What it remembers follows the way, as it is asked at each point of it, until it has seen the point: an estimate that
+    sums up joint motions stays right. Numbers that go on changing where the state does not, as those of a filter or of
+    an integral, are sought together with the state, if the torque depends on them.
 
     Args:
         controller: of the run.
@@ -88,50 +95,62 @@ class ControllerTorques(Torques):
     def __init__(
         self, controller: Controller, probe: Probe, state: State, memory: Any, period: float, ways: list[Any]
     ) -> None:
-        self._controller, self._probe, self._period, self._clock = controller, probe, period, state.time
+        self._controller, self._probe, self._period = controller, probe, period
+        self._time, self._late = state.time, 0.0
         self._chosen: NDArray[np.int64] = np.zeros(0, np.int64)
+        self._calls = 0
         held = _numbers(memory)
         if len(held):
             self._choose(state, memory, held, ways)
 
     def ask(self, state: State, memory: Any, more: Array) -> Answer:
-        """What it answers, having seen the state once before if it has a memory to be sought."""
+        """What it answers, once its memory has seen the state."""
+        for calls in range(self._calls):
+            _, memory = self._say(state, memory, calls)
         if not len(self._chosen):
-            command, after = self._say(state, memory, 0)
+            command, after = self._say(state, memory, self._calls)
             return Answer(command, after, more)
-        _, memory = self._say(state, memory, 0)
         values = _numbers(memory)
         values[self._chosen] += more
-        command, after = self._say(state, rebuilt(memory, iter(values)), 1)
+        command, after = self._say(state, rebuilt(memory, iter(values)), self._calls)
         return Answer(command, after, (_numbers(after) - values)[self._chosen])
 
     def go_on(self) -> None:
-        """By two calls."""
-        self._clock += 2.0 * self._period
+        """By the calls of a point."""
+        self._late += (1 + self._calls) * self._period
+
+    def set_time(self, time: float) -> None:
+        """The clock is that of the reference, and late by the calls before."""
+        self._time = time
 
     def before(self, state: State, memory: Any) -> Any:
         """The memory with which it is asked at the time of a state, having been asked a period before."""
-        self._clock = state.time - self._period
+        self._time, self._late = state.time, -self._period
         return self._say(state, memory, 0)[1]
 
     def _say(self, state: State, memory: Any, calls: int) -> tuple[Array, Any]:
-        observation = self._probe.at(state, self._clock + calls * self._period)
+        observation = self._probe.at(state, self._time + self._late + calls * self._period)
         command, after = self._controller.torque(observation, memory)
         return np.array(command, dtype=float), after
 
     def _choose(self, state: State, memory: Any, held: Array, ways: list[Any]) -> None:
-        """The numbers that go on changing where the state stays, if it stays elsewhere, and that the torque sees."""
+        """Find how many calls it takes until the memory has seen a state, and which numbers then still change."""
 
-        def drift(beside: State) -> Array:
-            first, last = memory, memory
+        def trail(beside: State) -> Array:
+            rows, after = [held], memory
             for calls in range(_CALLS):
-                _, last = self._say(beside, last, calls)
-                first = last if calls == 0 else first
-            return _numbers(last) - _numbers(first)
+                _, after = self._say(beside, after, calls)
+                rows.append(_numbers(after))
+            return np.array(rows)
 
-        unmoved, size = drift(state), np.maximum(1.0, np.abs(held))
-        drifts = [np.abs(drift(way(_FAR)) - unmoved) > _SETTLED * size for way in ways]
-        places = np.flatnonzero(np.any(drifts, axis=0))
+        unmoved, size = trail(state), np.maximum(1.0, np.abs(held))
+        moved = np.array([trail(way(_FAR)) - unmoved for way in ways])
+        differs = np.any(np.abs(moved - moved[:, -1:]) > _SETTLED * size, axis=0)
+        places = np.flatnonzero(differs[-3])
+        settles = np.any(differs[:, ~differs[-3]], axis=1)
+        self._calls = int(np.count_nonzero(settles))
+        if not len(places):
+            return
 
         def answer(values: Array) -> Array:
             command, after = self._say(state, rebuilt(memory, iter(values)), 0)
@@ -139,8 +158,6 @@ class ControllerTorques(Torques):
 
         moves = _STEP * np.eye(len(held))[places]
         both = np.array([(answer(held + move) - answer(held - move)) / (2.0 * _STEP) for move in moves])
-        if not len(places):
-            return
         n = both.shape[1] - len(places)
         matters, to_others = np.any(both[:, :n] != 0.0, axis=1), both[:, n:] != 0.0
         for _ in places:

@@ -17,13 +17,14 @@ _AT_REST = 1e-10
 """What may be left, of the forces."""
 _ON_THE_WAY = 1e-6
 """The same between the ends."""
-_ITERATIONS, _SLOW = 14, 0.2
+_ITERATIONS, _SLOW = 20, 0.2
 _SHORTEST = 1e-4
 """Of a way, before something gives way."""
 _DEPENDENT = 1e-9
 """Of the largest squared frequency: what a motion must have to be stiff."""
-_MOST_STEPS, _FIRST_TIME, _FARTHEST = 600, 1e-3, 0.1
-"""Of giving way: steps, the first of them [s], and how far the object goes before it is given up [m]."""
+_MOST_STEPS, _FIRST_TIME, _LEAST_TIME, _FARTHEST = 300, 1e-3, 1e-10, 0.1
+"""Of giving way: steps, the time of the first and of the least [s^2], and how far the object goes before it is given
+up [m]."""
 
 Held = Callable[[float], Array]
 """What is held from outside at a share of the way, shape (size,)."""
@@ -38,6 +39,8 @@ class Travel:
         share: of the way that was gone in balance, 1 for all of it.
         gave_way: whether something gave way, and went on from there by itself.
         stuck: the point at which it first gave way, or None.
+        fell: whether there is no rest from there.
+        fault: what ended the fingertip model, if that did.
     """
 
     point: Point
@@ -45,6 +48,7 @@ class Travel:
     gave_way: bool = False
     stuck: Point | None = None
     fell: bool = False
+    fault: str = ""
 
 
 def travel(balance: Balance, start: Point, held: Held, ask: Callable[[float], None], first: float) -> Travel:
@@ -65,18 +69,20 @@ def travel(balance: Balance, start: Point, held: Held, ask: Callable[[float], No
         way = _solve(balance, here.point, held(share), is_last=share == 1.0)
         if way is not None:
             here.point, here.share, step = balance.accept(here.point, way), share, 2.0 * step
+            here.fault = balance.fault(here.point)
+            if here.fault:
+                here.fell, here.stuck = True, here.point
+                return here
             continue
         step *= 0.5
         if step >= _SHORTEST:
             continue
-        ask(min(1.0, here.share + _SHORTEST))
         if here.stuck is None:
             here.stuck = here.point
         here.gave_way = True
         share = 1.0 if np.any(held(here.share)) else min(1.0, here.share + _SHORTEST)
         ask(share)
-        point, rests = _give_way(balance, here.point, held(share))
-        here.point = point
+        here.point, rests, here.fault = _give_way(balance, here.point, held(share))
         if not rests:
             here.fell = True
             return here
@@ -89,7 +95,7 @@ def _solve(balance: Balance, point: Point, held: Array, is_last: bool) -> Array 
 
     Steps are those of least kinetic energy: what needs no force stays.
     """
-    way, K = np.zeros(balance.size), None
+    way, K, near = np.zeros(balance.size), None, 1.0
     left, found = np.inf, balance.at(point, way)
     scale = balance.scale()
     enough = (_AT_REST if is_last else _ON_THE_WAY) * scale
@@ -106,9 +112,9 @@ def _solve(balance: Balance, point: Point, held: Array, is_last: bool) -> Array 
         if K is None or now > _SLOW * left:
             if now >= left and K is not None and now < enough:
                 break
-            K = balance.slope(point, way)
-        left = now
-        way = way - _least(balance, K, excess)
+            K = balance.slope(point, way, near)
+        left, step = now, _least(balance, K, excess)
+        way, near = way - step, float(np.max(np.abs(step[: len(balance.mass)])))
         if balance.share_of_step(way) > 1.0:
             return None
         found = balance.at(point, way)
@@ -121,11 +127,11 @@ def _least(balance: Balance, K: Array, excess: Array) -> Array:
     return step
 
 
-def _give_way(balance: Balance, start: Point, held: Array) -> tuple[Point, bool]:
-    """From a point where nothing holds on: as in a bath that takes the speed, M way / time = what is left.
+def _give_way(balance: Balance, start: Point, held: Array) -> tuple[Point, bool, str]:
+    """From a point where nothing holds on: as in a bath that takes the speed, M way / time^2 = what is left.
 
     Returns:
-        Where it ends, and whether that is at rest.
+        Where it ends, whether that is at rest, and what ended the fingertip model.
     """
     point, time = start, _FIRST_TIME
     begin = start.state.q[-7:-4].copy()
@@ -135,25 +141,27 @@ def _give_way(balance: Balance, start: Point, held: Array) -> tuple[Point, bool]
         if balance.newtons(excess) < 1e-4 * balance.scale():
             way = _solve(balance, point, held, is_last=True)
             if way is not None:
-                return balance.accept(point, way), True
+                return balance.accept(point, way), True, ""
         if np.linalg.norm(point.state.q[-7:-4] - begin) > _FARTHEST:
             break
         way, time = _slow_step(balance, point, found, held, time)
         if way is None:
             break
         point, time = balance.accept(point, way), 2.0 * time
-    return point, False
+        if fault := balance.fault(point):
+            return point, False, fault
+    return point, False, ""
 
 
 def _slow_step(balance: Balance, point: Point, found: Found, held: Array, time: float) -> tuple[Array | None, float]:
-    """An implicit step of M way / time = what is left, shortened until it exists; and its time [s]."""
+    """An implicit step of M way / time = what is left, shortened until it exists; and its time [s^2]."""
     nv = len(balance.mass)
     K = balance.slope(point, np.zeros(balance.size))
-    for _ in range(40):
+    while time > _LEAST_TIME:
         drag = np.zeros_like(K)
         drag[:nv, :nv] = balance.mass / time
         both = drag - K
-        way = np.linalg.lstsq(both, found.left - held, rcond=1e-14)[0]
+        way: Array = np.asarray(np.linalg.solve(both, found.left - held), dtype=np.float64)
         is_damped = np.linalg.eigvalsh(both[:nv, :nv] + both[:nv, :nv].T)[0] > 0.0
         if is_damped and balance.share_of_step(way) <= 1.0:
             after = balance.at(point, way)
