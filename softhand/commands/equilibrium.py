@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softhand.scenario.scenario import Scenario
 
 
-@command("softhand equilibrium target-a --set object.mass=0.3; softhand equilibrium runs/hold --sample -1 --json")
+@command("softhand equilibrium target-a --set object.mass=0.3; softhand equilibrium runs/hold --sample 1000 --json")
 def equilibrium(
     scenario: Annotated[
         str,
