@@ -29,13 +29,15 @@ def read_hand(scenario: Scenario) -> HandModel:
     """The hand of a scenario where it stands, with its tips."""
     hand = scenario.hand
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
-    return HandModel.read(resolve_path(hand.urdf), tips, hand.position, hand.rpy, hand.effort_limit)
+    file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
+    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended)
 
 
 def read_object(scenario: Scenario) -> ObjectModel:
     """The object of a scenario."""
     held = scenario.object
-    return ObjectModel.read(resolve_path(held.urdf), held.mass, held.ellipsoid, held.hull)
+    file, mended = resolve_path(held.urdf), (held.repair or "", held.density)
+    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:
