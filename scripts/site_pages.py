@@ -45,7 +45,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "gradient", "Gradient", "QuadraticCost", "FunctionCost",
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
+         "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
+         "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

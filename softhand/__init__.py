@@ -92,6 +92,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.recording.recording import load_recording as load_recording
     from softhand.references.goal import Goal as Goal
     from softhand.references.reference import Reference as Reference
+    from softhand.resting.equilibrium import equilibrium as equilibrium
+    from softhand.resting.record import Equilibrium as Equilibrium
     from softhand.scenario.file import scenario_names as scenario_names
     from softhand.scenario.file import scenarios as scenarios
     from softhand.scenario.scenario import Scenario as Scenario
@@ -158,6 +160,8 @@ _HOMES = {
     "plots": ("draw_run", "save_figure"),
     "recording.recording": ("Recording", "load_recording"),
     "references.goal": ("Goal",),
+    "resting.equilibrium": ("equilibrium",),
+    "resting.record": ("Equilibrium",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names", "scenarios"),
     "sensing.observation": ("Observation",),

@@ -31,7 +31,7 @@ FINEST = 10
 """Steps of the plant in a control period, at least: what the loop does is then that of the plant, not of its steps."""
 
 START, END = "start", "end"
-At = str | float
+At = str | float | State
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,15 +115,19 @@ def find_place(source: Scenario | Recording, at: At | None = None) -> Place:
 
     Args:
         source: a scenario or a recording.
-        at: `start`, `end`, or a time of the run [s], of which the nearest sample is taken. By default the start of a
-            scenario and the end of a recording. Start and end are asked to stay there. The end of a recording is its
+        at: `start`, `end`, a time of the run [s], of which the nearest sample is taken, or a state, such as that of an
+            `Equilibrium`. By default the start of a scenario and the end of a recording. Start and end are asked to
+            stay there, a state to stay at what is asked for at its time. The end of a recording is its
             quietest sample since the reference rests, the last one if it moves to the end.
 
     Raises:
-        ScenarioError: `at` is none of these, or not within the run.
+        ScenarioError: `at` is none of these, or not within the run, or no state of this plant.
         RecordingError: the recording is empty, or its scenario cannot be read.
         SimulationStopped: the run of the scenario is lost before.
     """
+    if isinstance(at, State):
+        setup = resolve(recorded_scenario(source) if isinstance(source, Recording) else source)
+        return _at_state(setup, at)
     if isinstance(source, Recording):
         return place_in(source, END if at is None else at)
     setup = resolve(source)
@@ -201,7 +205,7 @@ def held_pose(setup: Setup, goal: Goal, state: State, time: float, words: str) -
     return Place(setup, replace(_plant(setup).with_supports(state), time=time), goal, words)
 
 
-def place_in(recording: Recording, at: At, setup: Setup | None = None) -> Place:
+def place_in(recording: Recording, at: str | float, setup: Setup | None = None) -> Place:
     """Likewise of a recording, whose setup may be known."""
     setup, plant = _recorded(recording, setup)
     if at not in (START, END):
@@ -214,12 +218,24 @@ def place_in(recording: Recording, at: At, setup: Setup | None = None) -> Place:
     return _asked_to_stay(_sample(recording, setup, plant, k))
 
 
+def _at_state(setup: Setup, state: State) -> Place:
+    desired = setup.reference.start(read_start(setup.scenario)).update(state.time)
+    model, nc = setup.world.model, setup.world.n_tips
+    if (state.q.shape, state.v.shape) != ((model.nq,), (model.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
+        raise ScenarioError(
+            f"state: q, v and z have the shapes {state.q.shape}, {state.v.shape} and {state.z.shape}; this plant has "
+            f"{model.nq} positions, {model.nv} velocities and {nc} tips.",
+            key="state", value=state,
+        )  # fmt: skip
+    return held_pose(setup, goal_of(desired), state, state.time, "the given state")
+
+
 def _asked_to_stay(place: Place) -> Place:
     motion = place.setup.reference.start(read_start(place.setup.scenario))
     return replace(place, goal=goal_of(motion.update(place.state.time)))
 
 
-def _nearest(times: NDArray[np.floating[Any]], at: At, where: str) -> int:
+def _nearest(times: NDArray[np.floating[Any]], at: str | float, where: str) -> int:
     number = isinstance(at, int | float) and not isinstance(at, bool) and np.isfinite(at)
     if not number or not times[0] - 1e-9 <= float(at) <= times[-1] + 1e-9:
         near = f"; the nearest is {min(max(float(at), times[0]), times[-1]):g}" if number else ""

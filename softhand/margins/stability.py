@@ -174,8 +174,8 @@ def stability(
             relaxing dampings count as relaxed.
         with_scan: whether K_O of `regulation` is scanned against the stiffness of the tips; about a start only.
         progress: called with the share of scan and margins done.
-        at: `start`, `end`, or a time of the run [s]; by default the start of a scenario and the end of a recording,
-            see `find_place`.
+        at: `start`, `end`, a time of the run [s], or a state such as that of an `Equilibrium`; by default the start of
+            a scenario and the end of a recording, see `find_place`.
         with_margins: whether delay, control period, gains and torques are found at which the loop is lost.
 
     Raises:
