@@ -43,8 +43,10 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
          "gradient", "Gradient", "QuadraticCost", "FunctionCost",
-         "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
+         "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
+         "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
+         "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
+         "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

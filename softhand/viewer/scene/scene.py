@@ -19,6 +19,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
 from softhand.viewer.scene import palette
 from softhand.viewer.scene.camera import Bounds, open_side, sphere_around
+from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import LAYERS, Item, Part, Update
 from softhand.viewer.scene.legend import make_legend
 from softhand.viewer.scene.moment import Moment, Past
@@ -26,6 +27,7 @@ from softhand.viewer.scene.parts.forces import Forces, InternalForces, Supports
 from softhand.viewer.scene.parts.hand import Hand
 from softhand.viewer.scene.parts.object import DesiredPose, Object
 from softhand.viewer.scene.parts.slips import Slips
+from softhand.viewer.scene.parts.stiffness import Stiffness
 from softhand.viewer.scene.parts.table import Plane, Table
 from softhand.viewer.scene.parts.tips import Tips
 from softhand.viewer.scene.parts.torsion import Torsion
@@ -54,6 +56,7 @@ class Cast:
         ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
         supports: names of the supports.
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
+        stiffness: how the object gives way, from which time on.
     """
 
     hand: Urdf
@@ -65,6 +68,7 @@ class Cast:
     ellipsoid: tuple[float, ...] | None = None
     supports: tuple[str, ...] = ()
     slip_hold: float | None = None
+    stiffness: tuple[Ellipsoids, ...] = ()
 
 
 class Scene:
@@ -130,6 +134,7 @@ class Scene:
             Trails(tips, unit),
             DesiredPose(body, unit),
             InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
+            Stiffness(cast.stiffness, unit),
         ]
 
     def _read(self, urdf: Urdf) -> list[Visual]:
