@@ -19,6 +19,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.sensing.instruments import Instruments
 from softhand.sensing.observation import Observation
 from softhand.sensing.quantities import Sensing
+from softhand.sensing.seen import Parts
 from softhand.sensing.sensor import Sensor
 from softhand.settings.settings import read_settings
 
@@ -67,6 +68,16 @@ class Probe:
             return truth
         self._instruments.forget()
         return self._instruments.see(0)
+
+    def become(self, sensing: Sensing) -> None:
+        """Have instruments of other numbers, of the same quantities."""
+        assert self._instruments is not None and self._instruments.become(sensing.still())
+
+    @property
+    def measured(self) -> Parts:
+        """What the instruments measure, by quantity, as it was when `seen` was asked: without their errors. Live."""
+        assert self._instruments is not None
+        return self._instruments.truth
 
     def require_polar(self) -> None:
         """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""

@@ -61,8 +61,12 @@ class Place:
         """For which a torque is held [s]."""
         if self.held is not None:
             return self.held
-        control_period = self.setup.asked.control_period
-        return whole_periods(self.setup.controller, control_period) * control_period
+        return self.calls * self.setup.asked.control_period
+
+    @property
+    def calls(self) -> int:
+        """Control periods between two calls of the controller."""
+        return whole_periods(self.setup.controller, self.setup.asked.control_period)
 
     @property
     def controller(self) -> Controller:

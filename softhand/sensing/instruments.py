@@ -49,6 +49,7 @@ class Instruments:
         observation: what a controller sees; live.
         block: its numbers.
         groups: its fields, as `Sensor.groups`.
+        truth: what is measured, by quantity, as it is; live.
 
     Args:
         plant: what is measured.
@@ -74,6 +75,7 @@ class Instruments:
             items, np.zeros(size), np.zeros(size), np.zeros(memory), np.zeros(memory), np.full(1, -1),
             np.array([sensing.seed]), np.zeros((2, 3, 3)),
         )  # fmt: skip
+        self.truth = self._parts(self.chain.truth)
         self._period = np.zeros(1, np.int64)
         self._see = prepared(see_measured, *self.arguments(self._period, FIELDS))
 
@@ -86,7 +88,7 @@ class Instruments:
         """
         plant, chain = self._plant, self.chain
         return (
-            pick(Observed, self._truth._views), self._parts(chain.truth), chain, self._parts(chain.measured), period,
+            pick(Observed, self._truth._views), self.truth, chain, self._parts(chain.measured), period,
             self._sensor.body, plant.joints, plant.contacts, self._seen, Wanted.of(self._desired), self.groups,
             parts_of(fields),
         )  # fmt: skip
