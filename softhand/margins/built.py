@@ -13,10 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softhand.errors import ScenarioError
 from softhand.numerics.arrays import Array
 from softhand.sensing.quantities import Channel
 from softhand.simulation.actuation import Actuation, lag_shares
 
+LONGEST = 1000
+"""Control periods in a cycle."""
 _SAME = 1e-6  # of a control period
 
 
@@ -63,15 +66,14 @@ def is_dynamic(actuation: Actuation | None) -> bool:
 def channel_at(channel: Channel, ratio: float) -> Channel:
     """With a control period so many times as long; what comes between two is there at the later one."""
     share = -math.expm1(ratio * math.log1p(-channel.share)) if channel.share < 1.0 else 1.0
-    return replace(
-        channel, delay=_whole(channel.delay / ratio), stride=max(1, _whole(channel.stride / ratio)), share=share
-    )
+    stride = max(1, _whole(channel.stride / ratio)) if channel.stride > 1 else 1  # 1 is every one, however long
+    return replace(channel, delay=_whole(channel.delay / ratio), stride=stride, share=share)
 
 
 def actuation_at(actuation: Actuation, ratio: float) -> Actuation:
     """Likewise."""
     with np.errstate(divide="ignore"):
-        lag = np.where(actuation.decay > 0.0, -1.0 / np.log(actuation.decay), 0.0)  # in control periods
+        lag = np.where(actuation.decay > 0.0, -1.0 / np.log(actuation.decay), actuation.mean)  # in control periods
     decay, mean = lag_shares(lag, ratio)
     return replace(actuation, delay=_whole(actuation.delay / ratio), decay=decay, mean=mean)
 
@@ -89,9 +91,19 @@ def turns_of(asked: Controls, channels: Mapping[str, Channel], actuation: Actuat
         asked: the controller.
         channels: instruments of the quantities of `asked`.
         actuation: the drives, if there are any.
+
+    Raises:
+        ScenarioError: that are too many.
     """
-    strides = [one.stride for one in channels.values()]
-    return tuple(_Period(asked, channels, actuation, k).turn() for k in range(math.lcm(asked.every, *strides)))
+    count = math.lcm(asked.every, *(one.stride for one in channels.values()))
+    if count > LONGEST:
+        strides = {f"sensing.{name}.rate": one.stride for name, one in channels.items() if one.stride > 1}
+        raise ScenarioError(
+            f"{', '.join(strides)}: samples every {', '.join(map(str, strides.values()))} control periods are together "
+            f"only every {count}, but the linear loop takes {LONGEST} at most; give rates that divide one another.",
+            key=next(iter(strides)), value=count,
+        )  # fmt: skip
+    return tuple(_Period(asked, channels, actuation, k).turn() for k in range(count))
 
 
 def kept_names(

@@ -143,7 +143,9 @@ class Loop(Record):
     def is_smooth(self) -> bool:
         """Whether the torque follows from the state alone."""
         s = len(self.A)
-        return float(np.max(np.abs(self.K[:, s:]), initial=0.0)) <= 1e-9 * float(np.max(np.abs(self.K[:, :s])))
+        return not self.carried and float(np.max(np.abs(self.K[:, s:]), initial=0.0)) <= 1e-9 * float(
+            np.max(np.abs(self.K[:, :s]))
+        )
 
 
 def in_turn(steps: Sequence[Array]) -> Array:
