@@ -72,6 +72,7 @@ def test_shares_add_up_to_one(name: str) -> None:
     assert modes[0].growth == pytest.approx(loop.growth)
 
 
+@pytest.mark.slow
 def test_names_do_not_depend_on_the_order_of_the_fingers() -> None:
     """Tips, contact points and internal forces in another order: the same modes under the same names."""
     here = load_scenario("hold")

@@ -99,7 +99,7 @@ def linearize(
     if ideal:
         warnings.warn(
             f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; "
-            "softhand.simulate shows what they do.",
+            "softhand.stability has delays, holds, filters and lags in its loop, softhand.simulate all.",
             ScenarioWarning,
             stacklevel=2,
         )
