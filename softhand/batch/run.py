@@ -148,7 +148,7 @@ class CompiledRun:
             parts_between=parts_of(self.law.reads),
             segments=keep.segments(sizes),
             block=sensor.block,
-            rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
+            rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),

@@ -179,7 +179,7 @@ def _checked(setup: Setup, state: State) -> State:
     plant, _ = _empty(setup)
     if state.z.shape[0] == plant.world.n_tips and plant.supports:
         state = replace(plant.with_supports(state), time=state.time)
-    model = plant.world.model
+    model = plant.world
     shapes = {"q": (model.nq,), "v": (model.nv,), "z": (len(plant.contacts), plant.n_memory)}
     for name, shape in shapes.items():
         given = getattr(state, name)

@@ -76,7 +76,7 @@ def solve_open_start(
     world.set_object_pose(pose.position, pose.rotation, q)
     z = np.zeros((len(plant.contacts), plant.n_memory))
     z[nc:, :3] = pose.stored
-    state = State(q, np.zeros(world.model.nv), z)
+    state = State(q, np.zeros(world.nv), z)
     return Grasp(state, np.zeros((nc, 4)), np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros(nc))
 
 

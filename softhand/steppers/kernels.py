@@ -70,7 +70,7 @@ class Mechanics(NamedTuple):
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
-    nv, snapshot = plant.world.model.nv, plant.snapshot
+    nv, snapshot = plant.world.nv, plant.snapshot
     assert isinstance(snapshot, CompiledSnapshot)
     branches = branches_of(snapshot.tree)
     return Mechanics(
