@@ -34,7 +34,9 @@ class Probe:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
         world, n_memory = plant.world, plant.n_memory
-        self._state = State(pin.neutral(world.coordinates), np.zeros(world.nv), np.zeros((len(plant.contacts), n_memory)))
+        self._state = State(
+            pin.neutral(world.coordinates), np.zeros(world.nv), np.zeros((len(plant.contacts), n_memory))
+        )
         self._sensor = Sensor(plant, reference.desired)
 
     @classmethod

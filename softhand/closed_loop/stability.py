@@ -60,7 +60,7 @@ class Stability(Record):
         rows = [("about", f"the sample at t = {self.time:g} s" if self.time else "the start")]
         if not math.isnan(self.use):
             rows.append(("share of the contact stiffness that K_O takes", f"{self.use:.3g}"))
-            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}"))
+            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}" if self.use else "no share of it"))
         rows.append(("growth without sampling", _growth(self.growth)))
         rows.append((f"growth with torques held for {1e3 * self.period:g} ms", _growth(self.held_growth)))
         restless = np.abs(self.model.acceleration)

@@ -46,9 +46,7 @@ class Coupled(NamedTuple):
 
 def room(coupled: Coupled) -> Coupled:
     """The same coupling with room of its own, as whoever runs side by side needs it."""
-    return coupled._replace(
-        q=coupled.q.copy(), v=coupled.v.copy(), M=np.zeros_like(coupled.M), nle=coupled.nle.copy()
-    )
+    return coupled._replace(q=coupled.q.copy(), v=coupled.v.copy(), M=np.zeros_like(coupled.M), nle=coupled.nle.copy())
 
 
 def uncoupled() -> Coupled:

@@ -121,7 +121,9 @@ def read_map(hand: Urdf, model: pin.Model, table: CouplingTable | None) -> Motor
     return MotorMap(motors, names, S, np.array([offsets[name] for name in names]))
 
 
-def read_coupling(hand: Urdf, model: pin.Model, table: CouplingTable | None, effort_limit: float | None) -> Coupling | None:
+def read_coupling(
+    hand: Urdf, model: pin.Model, table: CouplingTable | None, effort_limit: float | None
+) -> Coupling | None:
     """The coupling of a hand; None for a hand without any, each of whose joints is a motor.
 
     Args:
@@ -143,9 +145,7 @@ def read_coupling(hand: Urdf, model: pin.Model, table: CouplingTable | None, eff
     slides = _sliding(model)
     endless = np.array([joint.nq == 2 for joint in joints])
     alone = [bool(np.count_nonzero(S[:, m]) == 1 and _is_plain(S, offset, m)) for m in range(len(motors))]
-    kinds = [
-        CONTINUOUS if alone[m] and endless[int(np.argmax(S[:, m]))] else ADDITIVE for m in range(len(motors))
-    ]
+    kinds = [CONTINUOUS if alone[m] and endless[int(np.argmax(S[:, m]))] else ADDITIVE for m in range(len(motors))]
     lower, upper = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     for k, joint in enumerate(joints):
         if not endless[k]:
@@ -214,9 +214,7 @@ def _require_joint(key: str, name: str, names: Sequence[str]) -> None:
         )  # fmt: skip
 
 
-def _require_motor(
-    joint: str, motor: str, mimics: dict[str, Mimic], given: dict[str, dict[str, float]]
-) -> None:
+def _require_motor(joint: str, motor: str, mimics: dict[str, Mimic], given: dict[str, dict[str, float]]) -> None:
     """A motor may be called after a joint that it moves, or as no joint is."""
     if motor in mimics:
         why = f"a joint which follows '{mimics[motor].leader}' itself; name that one"

@@ -111,7 +111,12 @@ class Plant:
         self._structure = structure_of(pads), structure_of(snapshot.tree.joints)
         if self._structure != before:
             return False
-        self.world, self.rigid, self._code, self.materials = world, RigidTerms(world.model, world.coupled), code, tuple(every)
+        self.world, self.rigid, self._code, self.materials = (
+            world,
+            RigidTerms(world.model, world.coupled),
+            code,
+            tuple(every),
+        )
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         self.pads[...] = pads
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0

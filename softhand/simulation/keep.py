@@ -17,6 +17,8 @@ from softhand.sensing.fields import RECORDED, Sizes, beginnings, shapes
 from softhand.settings.wording import nearest
 from softhand.simulation.finishing import finished
 
+_OF_JOINTS = ("joint_limited", "coupled_position")
+"""Told from the joint positions."""
 _DRIVE = ("joint_torque", "torque_limited", "external_force")
 
 
@@ -64,7 +66,7 @@ class Keep:
     @property
     def fields(self) -> list[str]:
         """Of an observation, in their order."""
-        wanted = {"joint_position" if name == "joint_limited" else name for name in self.variables}
+        wanted = {"joint_position" if name in _OF_JOINTS else name for name in self.variables}
         return [name for name in RECORDED if name in wanted]
 
     def samples(self, periods: int) -> int:

@@ -101,9 +101,7 @@ def settle_together(
         for i, (fingertip, face) in enumerate(zip(fingertips, faces, strict=True)):
             formula = formula_of(fingertip.law, code[fingertip.law]) if fingertip.law in code else None
             frame = fit.rotation @ np.column_stack([face.tangent, -face.normal])
-            answer_tip(
-                world.tips[i].name, fingertip, formula, arm.tip(i)[1], frame, forces[i], settled[i]
-            )
+            answer_tip(world.tips[i].name, fingertip, formula, arm.tip(i)[1], frame, forces[i], settled[i])
         if np.max(np.abs([one.deformation - old for one, old in zip(settled, before, strict=True)])) < 10.0 * SETTLED:
             break
     return Together(fit.angles, points, forces, fit.position, fit.rotation)
@@ -239,9 +237,7 @@ class _Fit:
         scale = np.concatenate([self._size, lengths])
         for _ in range(_ITERATIONS):
             depth, beside, of_depth, of_beside = self._errors(angles, moved, inward)
-            goal = np.concatenate(
-                [beside, _WISH * (angles - self._guess) / self._size, _HEAVY * moved / lengths]
-            )
+            goal = np.concatenate([beside, _WISH * (angles - self._guess) / self._size, _HEAVY * moved / lengths])
             slope = np.vstack([of_beside, np.diag(np.concatenate([_WISH / self._size, _HEAVY / lengths]))])
             held = np.zeros(n + 6, bool)
             while True:
