@@ -40,10 +40,12 @@ def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
     """The coupling of a scenario as the model takes it."""
     if section is None:
         return None
-    limits = {name: MotorLimits(motor.effort, motor.lower, motor.upper) for name, motor in section.motors.items()}
+    limits = {
+        name: MotorLimits(motor.effort, motor.lower, motor.upper) for name, motor in (section.motors or {}).items()
+    }
     return CouplingTable(
         tuple((name, tuple(ratios.items())) for name, ratios in section.joints.items()),
-        tuple(section.offsets.items()),
+        tuple((section.offsets or {}).items()),
         tuple(limits.items()),
     )
 

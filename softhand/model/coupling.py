@@ -85,7 +85,7 @@ class Coupling(MotorMap):
 
     @property
     def is_shared(self) -> NDArray[np.bool_]:
-        """Which joints are moved by several motors, so that `limits` do not keep them within theirs, shape (joints,)."""
+        """Which joints several motors move, so that `limits` do not keep them within theirs, shape (joints,)."""
         return np.count_nonzero(self.S, axis=1) > 1
 
     @property

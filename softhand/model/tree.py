@@ -52,7 +52,7 @@ WORK = np.dtype(
 
 
 class Tree(NamedTuple):
-    """A model for `rigid.rigid_terms`. Only `work` and `coupled` are written; whoever runs side by side needs one of its own."""
+    """A model for `rigid.rigid_terms`. `work` and `coupled` are written; what runs side by side needs its own."""
 
     joints: NDArray[np.void]
     """Table `JOINT`, shape (joints,)."""

@@ -37,8 +37,8 @@ class World:
     """Hand and object as one rigid-body model; the object is the last joint, a free-flyer.
 
     Velocities are (joint velocities, object's linear and angular velocity in the object frame), Pinocchio's order. With
-    coupled joints the motors stand for the joints in q, v, torques and all that is counted by joints; `model`, poses and
-    the joints of tips are of all joints as before.
+    coupled joints the motors stand for the joints in q, v, torques and all that is counted by joints; `model`, poses
+    and the joints of tips are of all joints as before.
     """
 
     model: pin.Model

@@ -54,9 +54,9 @@ class CouplingSection(Settings):
     joints: dict[str, dict[str, float]]
     """Of each coupled joint its motors by name, with the ratio of each [rad or m of the joint, of one of the motor]. A
     motor may be called after a joint that it moves, or by any other name."""
-    offsets: dict[str, float] = {}
+    offsets: dict[str, float] | None = None
     """Where these joints are with all motors at zero [rad or m]; 0 if not given."""
-    motors: dict[str, MotorSection] = {}
+    motors: dict[str, MotorSection] | None = None
     """Limits of motors by name; needed for the effort of those that are not called after a joint."""
 
     @field_validator("joints")

@@ -78,7 +78,7 @@ def read_mimics(tree: Tree) -> dict[str, Mimic]:
     """
     joints = {joint.name: joint for joint in tree.joints if joint.is_moving}
     found = {}
-    for name, joint in joints.items():
+    for name in joints:
         leader, multiplier, offset = name, 1.0, 0.0
         while (element := _mimic_of(joints[leader])) is not None:
             ratio, shift = numbers_of(element, "multiplier", "1"), numbers_of(element, "offset", "0")
