@@ -185,7 +185,7 @@ class _Fit:
         world = self._arm.world
         assert world.coupling is not None
         coupled = ", ".join(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
-        how = f"with {world.n_joints} motor{'' if world.n_joints == 1 else 's'}, which couple {coupled}"
+        how = f"with {world.n_joints} motor{' that moves' if world.n_joints == 1 else 's that move'} {coupled} too"
         if gap > REACHED:
             depth, _, _, _ = self._errors(self.angles, self._moved, inward)
             i = int(np.argmax(np.abs(depth)))
@@ -199,8 +199,8 @@ class _Fit:
         moved = float(np.linalg.norm(self._moved[:3]))
         way = np.linalg.norm(points - self._asked, axis=1)
         i = int(np.argmax(way))
-        nearest = "[" + ", ".join(f"[{x:.6g}, {y:.6g}, {z:.6g}]" for x, y, z in np.round(points, 6)) + "]"
-        place = "[" + ", ".join(f"{x:.6g}" for x in np.round(self.position, 6)) + "]"
+        nearest = "[" + ", ".join(f"[{x:.6g}, {y:.6g}, {z:.6g}]" for x, y, z in np.round(points, 6) + 0.0) + "]"
+        place = "[" + ", ".join(f"{x:.6g}" for x in np.round(self.position, 6) + 0.0) + "]"
         told = (
             f"the nearest point of the face that it reaches is {millimetres(points[i])} mm, {1e3 * way[i]:.3g} mm "
             f"beside its own; take grasp.contact_points = {nearest}"
