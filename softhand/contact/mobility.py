@@ -121,7 +121,7 @@ def _range(A: Array, least: float = _ZERO) -> Array:
 def _reduced(rows: Array) -> Array:
     """The same span with as many zeros as there are rows less one in each: reduced, its largest numbers 1."""
     A, done = np.array(rows), list[int]()
-    for k in range(len(A)):
+    for k in range(len(A) if A.size else 0):
         free = np.abs(A[k:])
         free[:, done] = 0.0
         best = free.max(axis=0)

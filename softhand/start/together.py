@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from softhand.contact.pads import Fingertip
@@ -16,7 +15,6 @@ from softhand.laws.law import CompiledLaw, Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.shapes.face import Face
 from softhand.numerics.arrays import Array
-from softhand.numerics.spatial import cross_matrix
 from softhand.start.answering import formula_of
 from softhand.start.finger import answer_tip
 from softhand.start.reach import millimetres
@@ -26,7 +24,6 @@ from softhand.start.statics import contact_forces
 FARTHEST = 1e-3
 """[m] by which a start moves a contact point along the face, or the object, to where the coupled joints reach it."""
 
-_TILTED = 0.02  # [rad] likewise
 _TURNS = 60
 _ITERATIONS = 60
 _LONGEST = 0.3  # of one step, over the range of a motor
@@ -34,6 +31,8 @@ _STARTS = 8
 _HEAVY = 1e3  # how much rather a contact point moves than the object
 _WISH = 1e-7  # [m] what all of its range counts to a motor that could be elsewhere
 _SAME = 1e-9  # [m]
+_OPEN = 0.5  # of the opening, by which a gap may be wider or narrower
+_CLOSER = 10.0  # how much rather an open tip is beside its point than nearer to its face or farther
 
 
 class Together(NamedTuple):
@@ -107,32 +106,69 @@ def settle_together(
     return Together(fit.angles, points, forces, fit.position, fit.rotation)
 
 
+def open_together(
+    arm: Arm,
+    fingertips: Sequence[Fingertip],
+    contact_points: Sequence[ArrayLike],
+    opening: float,
+    position: Array,
+    rotation: Array,
+    angles: Array,
+) -> None:
+    """Motor positions at which all tips stand off the object, about before their contact points.
+
+    The motors of coupled joints seldom bring every tip to its place; each stands off by the opening, within half of it.
+
+    Args:
+        arm: of the hand.
+        fingertips: law and face of each tip.
+        contact_points: in the object frame [m], one a tip.
+        opening: gap between tip and face [m], above 0.
+        position: of the object frame in the world [m], shape (3,).
+        rotation: its axes, shape (3, 3).
+        angles: of the motors to begin from; set [rad or m], shape (n,).
+
+    Raises:
+        GraspError: some tip cannot stand so.
+    """
+    asked = np.array([np.asarray(point, dtype=float) for point in contact_points])
+    faces = [fingertip.face for fingertip in fingertips]
+    fit = _Fit(arm, angles.copy(), asked, faces, position, rotation)
+    off = fit.stand_off(np.array([fingertip.law.radius + opening for fingertip in fingertips]))
+    worst = int(np.argmax(np.abs(off)))
+    if abs(off[worst]) > _OPEN * opening:
+        name = arm.world.tips[worst].name
+        raise GraspError(
+            f"{name}: with all tips {1e3 * opening:.3g} mm before their faces this one is "
+            f"{1e3 * (opening + off[worst]):.3g} mm before it, as its joints are coupled to those of others or at "
+            "their limits. Move the object or the contact points, or give another grasp.opening.",
+            finger=name, quantity="reach", value=float(off[worst]),
+        )  # fmt: skip
+    angles[:] = fit.angles
+
+
 class _Fit:
     """Motors and object, with each tip at a distance from its face.
 
     Attributes:
         angles: of the motors, shape (n,).
-        position: of the object frame in the world, shape (3,).
-        rotation: its axes, shape (3, 3).
+        rotation: axes of the object in the world, shape (3, 3).
     """
 
     def __init__(
         self, arm: Arm, guess: Array, asked: Array, faces: Sequence[Face], position: Array, rotation: Array
     ) -> None:
         self._arm, self._guess, self._asked, self._faces = arm, guess, asked, list(faces)
-        self._position, self._rotation = position, rotation
+        self._position, self.rotation = position, rotation
         self._feet = asked.copy()
         lower, upper = arm.limits
         self._size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
-        self.angles, self._moved = guess.copy(), np.zeros(6)
+        self.angles, self._moved = guess.copy(), np.zeros(3)
 
     @property
     def position(self) -> Array:
-        return self._position + self._moved[:3]
-
-    @property
-    def rotation(self) -> Array:
-        return np.asarray(pin.exp3(self._moved[3:])) @ self._rotation
+        """Of the object frame in the world [m], shape (3,)."""
+        return self._position + self._moved
 
     def to_world(self, points: Array) -> Array:
         return np.asarray(self.position + points @ self.rotation.T)
@@ -169,17 +205,22 @@ class _Fit:
             lower, upper = self._arm.limits
             within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
             others = np.random.default_rng(0).uniform(*within, (_STARTS, len(lower)))
-            tried = [found, *(self._from(start, np.zeros(6), inward) for start in others)]
+            tried = [found, *(self._from(start, np.zeros(3), inward) for start in others)]
             reached = [one for one in tried if one[0] <= REACHED]
             found = min(reached, key=lambda one: one[1]) if reached else min(tried, key=lambda one: one[0])
         gap, beside, self.angles, self._moved = found
         self._arm.move(self.angles)
-        if gap <= REACHED and beside <= FARTHEST and self._is_near():
-            return
-        self._refuse(inward, gap)
+        if gap > REACHED or beside > FARTHEST or np.linalg.norm(self._moved) > FARTHEST:
+            self._refuse(inward, gap)
 
-    def _is_near(self) -> bool:
-        return bool(np.all(np.abs(self._moved[:3]) <= FARTHEST) and np.all(np.abs(self._moved[3:]) <= _TILTED))
+    def stand_off(self, outward: Array) -> Array:
+        """Put the tips before their faces, as near to that distance and before their points as one gets.
+
+        Returns:
+            What each is off its distance [m], shape (nc,).
+        """
+        _, _, self.angles, _ = self._from(self.angles, np.zeros(3), outward, is_soft=True)
+        return self._errors(self.angles, np.zeros(3), outward)[0]
 
     def _refuse(self, inward: Array, gap: float) -> None:
         world = self._arm.world
@@ -196,7 +237,7 @@ class _Fit:
                 finger=world.tips[i].name, quantity="reach", value=gap,
             )  # fmt: skip
         points, _ = self.contacts(inward)
-        moved = float(np.linalg.norm(self._moved[:3]))
+        moved = float(np.linalg.norm(self._moved))
         way = np.linalg.norm(points - self._asked, axis=1)
         i = int(np.argmax(way))
         nearest = "[" + ", ".join(f"[{x:.6g}, {y:.6g}, {z:.6g}]" for x, y, z in np.round(points, 6) + 0.0) + "]"
@@ -215,33 +256,40 @@ class _Fit:
     def _errors(self, angles: Array, moved: Array, inward: Array) -> tuple[Array, Array, Array, Array]:
         """Of depth and beside the points, shapes (nc,) and (2 nc,); their slopes by motors and by the object."""
         self._arm.move(angles)
-        R = np.asarray(pin.exp3(moved[3:])) @ self._rotation
-        p = self._position + moved[:3]
+        R, p = self.rotation, self._position + moved
         depth, beside, of_depth, of_beside = [], [], [], []
         for i, face in enumerate(self._faces):
             tip = self._arm.tip(i)[0]
-            arm = tip - p
-            way, tangents = R.T @ arm, _tangents(face)
-            slope = R.T @ np.hstack([self._arm.point_jacobian(i, tip), -np.eye(3), cross_matrix(arm)])
+            way, tangents = R.T @ (tip - p), _tangents(face)
+            slope = R.T @ np.hstack([self._arm.point_jacobian(i, tip), -np.eye(3)])
             depth.append(face.normal @ (way - self._feet[i]) - inward[i])
             beside.extend(tangents.T @ (way - self._asked[i]))
             of_depth.append(face.normal @ slope)
             of_beside.extend(tangents.T @ slope)
         return np.array(depth), np.array(beside), np.array(of_depth), np.array(of_beside)
 
-    def _from(self, angles: Array, moved: Array, inward: Array) -> tuple[float, float, Array, Array]:
-        """Largest error of depth and way beside a point [m], where the search from there ends, motors and object."""
+    def _from(
+        self, angles: Array, moved: Array, inward: Array, is_soft: bool = False
+    ) -> tuple[float, float, Array, Array]:
+        """Largest error of depth and way beside a point [m], where the search from there ends, motors and object.
+
+        Newton's method, Gauss's for what is beside, under the equations of the depths; these may be missed too, and
+        the object stays, where the fit is soft.
+        """
         n, lower, upper = len(angles), *self._arm.limits
         angles, moved = np.clip(angles, lower, upper), moved.copy()
-        lengths = np.array([1.0] * 3 + [1.0 / np.abs(self._asked).max()] * 3)
-        scale = np.concatenate([self._size, lengths])
+        scale = np.concatenate([self._size, np.ones(3)])
         for _ in range(_ITERATIONS):
             depth, beside, of_depth, of_beside = self._errors(angles, moved, inward)
-            goal = np.concatenate([beside, _WISH * (angles - self._guess) / self._size, _HEAVY * moved / lengths])
-            slope = np.vstack([of_beside, np.diag(np.concatenate([_WISH / self._size, _HEAVY / lengths]))])
-            held = np.zeros(n + 6, bool)
+            goal = np.concatenate([beside, _WISH * (angles - self._guess) / self._size, _HEAVY * moved])
+            slope = np.vstack([of_beside, np.diag(np.concatenate([_WISH / self._size, np.full(3, _HEAVY)]))])
+            if is_soft:
+                goal, slope = np.concatenate([_CLOSER * depth, goal]), np.vstack([_CLOSER * of_depth, slope])
+                depth, of_depth = depth[:0], of_depth[:0]
+            held = np.zeros(n + 3, bool)
+            held[n:] = is_soft
             while True:
-                step = np.zeros(n + 6)
+                step = np.zeros(n + 3)
                 step[~held] = scale[~held] * _constrained(
                     slope[:, ~held] * scale[~held], goal, of_depth[:, ~held] * scale[~held], depth
                 )
@@ -266,7 +314,7 @@ def _tangents(face: Face) -> Array:
 def _constrained(A: Array, b: Array, C: Array, d: Array) -> Array:
     """y that minimises |A y + b| where |C y + d| is least."""
     U, s, Vt = np.linalg.svd(C)
-    rank = int(np.count_nonzero(s > 1e-10 * max(s[0], 1e-300)))
+    rank = int(np.count_nonzero(s > 1e-10 * max(s.max(initial=0.0), 1e-300)))
     y = -Vt[:rank].T @ ((U[:, :rank].T @ d) / s[:rank])
     Z = Vt[rank:].T
     if Z.shape[1]:
