@@ -209,7 +209,9 @@ class CompiledRun:
         """Straight code for all that there can be, put into its place."""
         m, senses, plan = self._mechanics, self._senses, self._plan
         body, layouts = senses.body, self._layouts
-        own = m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies
+        own = (
+            m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.tip_views, body.pairs, body.bodies,
+        )  # fmt: skip
         found = straight_steps(m, plan.step, layouts) if plan.kind == MIDPOINT else []
         for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
             fixed = Fixed((*own, parts), (*own, parts))

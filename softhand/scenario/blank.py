@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from softhand.errors import ModelError
+from softhand.model.coupling import read_coupling
 from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
@@ -94,14 +95,18 @@ def blank_scenario(urdf: Path, file: Path) -> str:
 
 
 def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:
-    """The mean of the ends, all joints in the middle of their ranges [m], shape (3,)."""
+    """The mean of the ends, all joints, or their motors, in the middle of their ranges [m], shape (3,)."""
     model = build_model(hand)
+    coupling = read_coupling(hand, model, None, None)
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
     middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
     q = pin.neutral(model)
-    for joint in list(model.joints)[1:]:
+    for k, joint in enumerate(list(model.joints)[1:]):
         if joint.nq == 1:  # a continuous joint stays where it is
             q[joint.idx_q] = middle[joint.idx_q]
+            if coupling is not None:
+                ends = coupling.limits.sum(axis=0)
+                q[joint.idx_q] = coupling.joint_positions(np.where(np.isfinite(ends), 0.5 * ends, 0.0))[k]
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     return np.mean([data.oMf[model.getFrameId(name)].translation for name in ends], axis=0)
