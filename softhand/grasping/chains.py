@@ -68,8 +68,8 @@ def require_uncoupled(world: World) -> None:
     if world.coupling is not None:
         coupled = ", ".join(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
         raise GraspError(
-            f"the joints {coupled} are coupled to motors, and the search for contact points and places moves one joint "
-            "at a time; give grasp.contact_points that the hand reaches, whose start is solved with the coupling.",
+            f"the joints {coupled} are coupled to motors, and this search moves one joint at a time; give "
+            "grasp.contact_points that the hand reaches, whose start is solved with the coupling.",
             finger="", quantity="joints", value=coupled,
         )  # fmt: skip
 
