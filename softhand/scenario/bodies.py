@@ -52,7 +52,7 @@ class CouplingSection(Settings):
     """
 
     joints: dict[str, dict[str, float]]
-    """Of each coupled joint its motors by name, with the ratio of each [rad or m of the joint, of one of the motor]. A
+    """Of each coupled joint its motors by name, with the ratio of each [1, m/rad or rad/m]. A
     motor may be called after a joint that it moves, or by any other name."""
     offsets: dict[str, float] | None = None
     """Where these joints are with all motors at zero [rad or m]; 0 if not given."""
