@@ -96,11 +96,18 @@ def section(name: str) -> str:
 
 
 def _rows(cls: type[Settings], path: str) -> Iterator[str]:
+    kinds = [str(field.annotation) for field in cls.model_fields.values()]
+    alike: dict[type[Settings], None] = {}  # tables that several keys have in the same way: told once for all of them
     for key, field in cls.model_fields.items():
         yield _key_row(path + key, field)
         inner = f"{path}{key}.NAME." if "dict" in str(field.annotation) else f"{path}{key}."
         for table in _tables(field.annotation):
-            yield from _rows(table, inner)
+            if kinds.count(str(field.annotation)) > 1:
+                alike[table] = None
+            else:
+                yield from _rows(table, inner)
+    for table in alike:
+        yield from _rows(table, f"{path}NAME.")
 
 
 def _tables(annotation: Any) -> list[type[Settings]]:

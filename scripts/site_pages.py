@@ -35,14 +35,15 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
         ("grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal", "place_object", "Placement",
-         "workspace", "Workspace"),
+         "workspace", "Workspace", "squeeze", "Squeeze", "squeeze_curve", "SqueezeCurve", "slip_margin", "SlipMargin",
+         "worst_push", "WorstPush"),
     ),
     "analysis": (
         "Analysis",
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
          "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "identify", "Identification"),
+         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

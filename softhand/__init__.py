@@ -23,6 +23,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.analysis.summary import summarize as summarize
     from softhand.assembly.build import build as build
     from softhand.assembly.build import simulate as simulate
+    from softhand.assembly.measurement_noise import MeasurementNoise as MeasurementNoise
+    from softhand.assembly.measurement_noise import measurement_noise as measurement_noise
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
     from softhand.checks.check import check as check
@@ -63,6 +65,14 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.grasping.quality import grasp_quality as grasp_quality
     from softhand.grasping.workspace import Workspace as Workspace
     from softhand.grasping.workspace import workspace as workspace
+    from softhand.holding.margin import SlipMargin as SlipMargin
+    from softhand.holding.margin import slip_margin as slip_margin
+    from softhand.holding.squeeze import Squeeze as Squeeze
+    from softhand.holding.squeeze import SqueezeCurve as SqueezeCurve
+    from softhand.holding.squeeze import squeeze as squeeze
+    from softhand.holding.squeeze import squeeze_curve as squeeze_curve
+    from softhand.holding.worst_push import WorstPush as WorstPush
+    from softhand.holding.worst_push import worst_push as worst_push
     from softhand.identification.identify import Identification as Identification
     from softhand.identification.identify import identify as identify
     from softhand.laws.law import Law as Law
@@ -97,6 +107,7 @@ _HOMES = {
     "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
+    "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),
@@ -125,6 +136,9 @@ _HOMES = {
         "SofthandError",
     ),
     "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
+    "holding.margin": ("SlipMargin", "slip_margin"),
+    "holding.squeeze": ("Squeeze", "SqueezeCurve", "squeeze", "squeeze_curve"),
+    "holding.worst_push": ("WorstPush", "worst_push"),
     "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),
     "plant.state": ("State",),

@@ -46,6 +46,7 @@ SHIPPED: dict[str, dict[str, str]] = {
     },
     "controllers": {
         "regulation": "softhand.controllers.regulation:Regulation",
+        "least-squeeze": "softhand.controllers.least_squeeze:LeastSqueeze",
         "finger-only": "softhand.controllers.finger_only:FingerOnly",
         "point-contact": "softhand.controllers.point_contact:PointContact",
         "object-impedance": "softhand.controllers.object_impedance:ObjectImpedance",

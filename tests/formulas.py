@@ -17,6 +17,7 @@ from hands import Array
 from softhand import Controller
 from softhand.contact.pairs import contact_pairs
 from softhand.controllers.object_estimator import ObjectEstimator
+from softhand.grasping.materials import Material
 from softhand.sensing.observation import Observation
 
 Seen: TypeAlias = Sequence[Observation]
@@ -320,8 +321,88 @@ def pick_and_place(controller: Any, seen: Seen) -> Array:
     return tau
 
 
+def least_squeeze(controller: Any, seen: Seen) -> Array:
+    """(59) with the filtered squeeze of the least barrier value, which Newton finds here from affine functions."""
+    first = seen[0]
+    squeeze, time = first.internal_force.copy(), first.time
+    for now in seen:
+        wanted, f_C, tau = _wanted(controller, now, squeeze)
+        more = np.sum((now.internal_force_basis @ (wanted - squeeze))[2::3])
+        passed = max(now.time - time, 0.0)
+        squeeze = squeeze + passed / (passed + (controller.rise if more > 0.0 else controller.release)) * (
+            wanted - squeeze
+        )
+        time = now.time
+    f_N = now.internal_force - controller.K_N * (now.internal_force - squeeze)
+    return tau + now.hand_force_jacobian.T @ (f_C + now.internal_force_basis @ f_N)
+
+
+def _wanted(controller: Any, now: Observation, last: Array) -> tuple[Array, Array, Array]:
+    """f_N of the least value, contact forces without squeeze, joint torques without contact forces."""
+    K_O = of_pose(controller.K_O_position, controller.K_O_orientation)
+    R, desired, K = now.object_rotation, now.object_coordinates_desired, now.internal_force_basis
+    error = np.concatenate([now.object_position - desired[:3], R.T @ turn(rotation(desired[3:]), R)])
+    tau_C = controller.torsion_compensation * now.contact_force[:, 3]
+    wrench = now.carried_desired * now.object_gravity - block(R) @ (K_O * error) - now.object_torsion_jacobian.T @ tau_C
+    f_C = inverse(now.object_force_jacobian.T) @ wrench
+    tau = at_joints(controller, now) + now.hand_torsion_jacobian.T @ tau_C
+    n, e = K.shape[1], np.eye(K.shape[1] + 1)[-1]
+    affine = [(row, value) for row, value in zip(np.column_stack([K, 0.0 * K[:, 0]]), f_C, strict=True)]
+    reach: list[float] = []
+    cones, planes = [], [(e, 0.0), (e - sum(row for row, _ in affine[2::3]), controller.most - np.sum(f_C[2::3]))]
+    for i, tip in enumerate(now.fingertips):
+        material = Material(tip.law, tip.friction, tip.torsion_length or 0.0, tip.limit)
+        torsion = material.torsion(now.deformation[i, 0])
+        spin, (x, y) = now.contact_force[i, 3] / torsion.length, (f_C + K @ last)[3 * i : 3 * i + 2]
+        u = (x * x + y * y) / (x * x + y * y + spin * spin)
+        k = (1.0 - controller.margin) * tip.friction / np.sqrt(1.0 + u * (1.0 - u) * np.polyval(torsion.curve[::-1], u))
+        (f_x, a), (f_y, b), (f_z, c) = affine[3 * i : 3 * i + 3]
+        cones.append((np.array([k * f_z + e, f_x, f_y, 0.0 * e]), np.array([k * c, a, b, spin])))
+        planes.append((f_z + k * e, c - controller.touch))
+        reach.append(k)
+    J, base = now.hand_force_jacobian, tau + now.hand_force_jacobian.T @ f_C
+    for j, effort in enumerate(now.effort_limit):
+        row = np.append(J[:, j] @ K, 0.0) / effort
+        planes += [(0.1 * e - row, 1.0 - base[j] / effort), (0.1 * e + row, 1.0 + base[j] / effort)]
+    cost = sum(row for row, _ in affine[2::3]) + 20.0 / min(reach) * e
+    return _least(cost, cones, planes, np.append(last, 1e3))[:n], f_C, tau
+
+
+def _least(cost: Array, cones: list[tuple[Array, Array]], planes: list[tuple[Array, float]], x: Array) -> Array:
+    """min w cost x - sum log of squared cones - sum log of planes, for w up to 300, with half a millionth |f_N|^2."""
+    A, b = np.array([row for row, _ in planes]), np.array([value for _, value in planes])
+    sign, ridge = np.array([1.0, -1.0, -1.0, -1.0]), 1e-6 * np.append(np.ones(len(x) - 1), 0.0)
+
+    def value(x: Array, w: float) -> float:
+        s, room = [C @ x + d for C, d in cones], A @ x + b
+        D = [float(sign @ (c * c)) for c in s]
+        if min(*D, *room) <= 0.0 or min(c[0] for c in s) <= 0.0:
+            return np.inf
+        return float(w * cost @ x - np.sum(np.log(D)) - np.sum(np.log(room)) + 0.5 * ridge @ (x * x))
+
+    for w in 0.3 * 3.0 ** np.arange(0.0, 20.0):
+        w = min(w, 300.0)
+        for _ in range(60):
+            room = A @ x + b
+            g, H = w * cost + ridge * x - A.T @ (1.0 / room), np.diag(ridge) + A.T @ (A / room[:, None] ** 2)
+            for C, d in cones:
+                s = C @ x + d
+                D, slope = float(sign @ (s * s)), 2.0 * C.T @ (sign * s)
+                g, H = g - slope / D, H + np.outer(slope, slope) / D**2 - 2.0 * C.T @ (sign[:, None] * C) / D
+            step, length = -np.linalg.solve(H, g), 1.0
+            if -g @ step < 1e-22:
+                break
+            while -g @ step > 1e-6 and not value(x + length * step, w) < value(x, w) + 0.1 * length * g @ step:
+                length *= 0.5
+            x = x + length * step
+        if w == 300.0:
+            break
+    return x
+
+
 FORMULAS: dict[str, Formula] = {
     "regulation": regulation,
+    "least-squeeze": least_squeeze,
     "finger-only": finger_only,
     "point-contact": point_contact,
     "object-impedance": object_impedance,

@@ -221,6 +221,7 @@ GRASP = {"hand_force_jacobian", "hand_torsion_jacobian", "internal_force_basis",
 TWIST = {"object_gravity", "object_force_jacobian", "object_torsion_jacobian"}
 MEASURED = {
     "regulation": GRASP | TWIST | {"object_rotation", "internal_force"},
+    "least-squeeze": GRASP | TWIST | {"object_rotation", "internal_force", "deformation"},
     "finger-only": {"contact_force"},
     "object-impedance": GRASP | TWIST | {"object_rotation", "object_twist"},
     "computed-torque": GRASP | TWIST | {"object_rotation", "object_twist", "configuration"},

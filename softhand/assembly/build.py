@@ -10,6 +10,7 @@ from typing import Any
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
+from softhand.assembly.unread import unread
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioWarning
 from softhand.laws.law import Law
@@ -67,6 +68,8 @@ def assemble(setup: Setup) -> Simulation:
         scenario=scenario.to_toml(),
         pushes=[Push(**push.model_dump()) for push in scenario.push],
         keep=_kept(scenario),
+        sensing=setup.sensing,
+        actuation=setup.actuation,
     )
 
 
@@ -103,9 +106,10 @@ def simulate(
         SofthandError: as `build` and `Simulation.run`.
 
     Warns:
-        ScenarioWarning: the fingers cannot get to where the reference asks for the object.
+        ScenarioWarning: the fingers cannot get to where the reference asks for the object, or the controller does not
+            read what an instrument measures.
     """
     setup = resolve(as_scenario(scenario, overrides, **values), controller, law)
-    for doubt in doubts_of_target(setup):
+    for doubt in (*doubts_of_target(setup), *unread(setup)):
         warnings.warn(doubt, ScenarioWarning, stacklevel=2)
     return assemble(setup).run(progress)

@@ -31,18 +31,17 @@ def read_hand(scenario: Scenario) -> HandModel:
     """The hand of a scenario where it stands, with its tips."""
     hand = scenario.hand
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
-    return HandModel.read(
-        resolve_path(hand.urdf), tips, hand.position, hand.rpy, hand.effort_limit, read_coupling(hand.coupling)
-    )
+    file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
+    coupling = read_coupling(hand.coupling)
+    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling)
 
 
 def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
     """The coupling of a scenario as the model takes it."""
     if section is None:
         return None
-    limits = {
-        name: MotorLimits(motor.effort, motor.lower, motor.upper) for name, motor in (section.motors or {}).items()
-    }
+    motors = section.motors or {}
+    limits = {name: MotorLimits(motor.effort, motor.lower, motor.upper) for name, motor in motors.items()}
     return CouplingTable(
         tuple((name, tuple(ratios.items())) for name, ratios in section.joints.items()),
         tuple((section.offsets or {}).items()),
@@ -53,7 +52,8 @@ def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
 def read_object(scenario: Scenario) -> ObjectModel:
     """The object of a scenario."""
     held = scenario.object
-    return ObjectModel.read(resolve_path(held.urdf), held.mass, held.ellipsoid, held.hull)
+    file, mended = resolve_path(held.urdf), (held.repair or "", held.density)
+    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:

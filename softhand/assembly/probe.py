@@ -16,7 +16,9 @@ from softhand.recording.recorded import recorded_table
 from softhand.recording.recording import Recording
 from softhand.references.reference import Motion
 from softhand.scenario.scenario import Scenario
+from softhand.sensing.instruments import Instruments
 from softhand.sensing.observation import Observation
+from softhand.sensing.quantities import Sensing
 from softhand.sensing.sensor import Sensor
 from softhand.settings.settings import read_settings
 
@@ -28,9 +30,14 @@ class Probe:
         plant: with all that belongs to the last state.
         reference: what the controller is asked for.
         laws: fingertip law of each contact.
+
+    Args:
+        plant: as the attribute.
+        reference: likewise.
+        sensing: instruments, whose bias `seen` has; no more of them, as nothing moves here.
     """
 
-    def __init__(self, plant: Plant, reference: Motion) -> None:
+    def __init__(self, plant: Plant, reference: Motion, sensing: Sensing | None = None) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
         world, n_memory = plant.world, plant.n_memory
@@ -38,6 +45,10 @@ class Probe:
             pin.neutral(world.coordinates), np.zeros(world.nv), np.zeros((len(plant.contacts), n_memory))
         )
         self._sensor = Sensor(plant, reference.desired)
+        self._instruments: Instruments | None = None
+        if sensing is not None:
+            truth = self._sensor.observation
+            self._instruments = Instruments(plant, truth, sensing.still(), reference.desired)
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, law: Law | None = None) -> Probe:
@@ -45,11 +56,19 @@ class Probe:
         return cls(read_plant(scenario, law), read_motion(scenario))
 
     def at(self, state: State, time: float) -> Observation:
-        """What a controller sees at a state and a time [s]. Live: the next call overwrites it."""
+        """What is observed at a state and a time [s]. Live: the next call overwrites it."""
         for mine, given in ((self._state.q, state.q), (self._state.v, state.v), (self._state.z, state.z)):
             mine[...] = given
         self.reference.update(time)
         return self._sensor.observe(self._state, time)
+
+    def seen(self, state: State, time: float) -> Observation:
+        """What a controller sees there: the same through the instruments, if there are any."""
+        truth = self.at(state, time)
+        if self._instruments is None:
+            return truth
+        self._instruments.forget()
+        return self._instruments.see(0)
 
     def require_polar(self) -> None:
         """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from softhand.assembly.instruments import read_actuation, read_sensing
 from softhand.assembly.parts import (
     read_controller,
     read_fingertips,
@@ -23,6 +24,8 @@ from softhand.model.world import World
 from softhand.references.reference import Reference
 from softhand.scenario.fingertip import TipSection
 from softhand.scenario.scenario import Scenario
+from softhand.sensing.quantities import Sensing
+from softhand.simulation.actuation import Actuation
 from softhand.start.grasp import Grasp
 from softhand.steppers.stepper import Stepper
 
@@ -41,6 +44,8 @@ class Setup:
         stepper: the time integration.
         asked: the scenario as it was given.
         law: at all tips in place of those of the scenario, if any.
+        sensing: the instruments, if there are any.
+        actuation: the drives, if there are any.
     """
 
     world: World
@@ -52,6 +57,8 @@ class Setup:
     stepper: Stepper
     asked: Scenario
     law: Law | None = None
+    sensing: Sensing | None = None
+    actuation: Actuation | None = None
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -84,7 +91,10 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     fingertips = read_fingertips(scenario, world, law)
     supports = read_supports(scenario, world, fingertips)
     grasp = solve_start(scenario, world, fingertips, supports)
-    return Setup(world, fingertips, supports, grasp, controller, reference, stepper, scenario, law)
+    sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world)
+    return Setup(
+        world, fingertips, supports, grasp, controller, reference, stepper, scenario, law, sensing, actuation
+    )  # fmt: skip
 
 
 def written_fingertip(scenario: Scenario, law: Law | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from softhand.assembly.instruments import read_actuation, read_sensing
 from softhand.assembly.parts import read_controller, read_fingertips, read_reference, read_stepper
 from softhand.assembly.plant import read_hand, read_object, read_supports, solve_start
 from softhand.assembly.resolve import Setup, resolve
@@ -84,7 +85,10 @@ class Variations:
         grasp = _copy(base.grasp)
         if changed & _OF_START:
             grasp = solve_start(now, world, fingertips, supports, self._code)
-        return Setup(world, fingertips, supports, grasp, controller, reference, stepper, now, self._law)
+        sensing, actuation = read_sensing(now, world), read_actuation(now, world)
+        return Setup(
+            world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation
+        )  # fmt: skip
 
     def _fingertips(self, now: Scenario, world: World, changed: set[str]) -> Sequence[Fingertip]:
         base = self.setup.fingertips

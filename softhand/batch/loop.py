@@ -26,6 +26,9 @@ ended it, of `simulation.faults` or `BAD_TORQUE`, and at which contact; how many
 RECORDED, BETWEEN, LAW = range(3)
 """Rows of `Plan.straight`: `look` where a sample is recorded, where none is, and the control law."""
 
+SEE, ACT = range(2)
+"""Rows of `Plan.between`."""
+
 BAD_TORQUE = 100
 """The law answered with NaN or infinity."""
 
@@ -74,7 +77,8 @@ class Plan(NamedTuple):
     segments: NDArray[np.int64]
     """Of the block that are recorded: begin and size of each, shape (segments, 2)."""
     block: Array
-    """Of the observation."""
+    """Of the observation; behind it, where there are instruments and drives, as much of what the controller sees, and
+    the commanded torques."""
     rows: Array
     """Samples: time, segments of the block, torque, whether it was cut, push; shape (samples, numbers)."""
     Theta: Array
@@ -83,6 +87,9 @@ class Plan(NamedTuple):
     """See `NEXT`, shape (6,)."""
     straight: NDArray[np.int64]
     """Addresses of straight code and of its words, see `RECORDED`; zeros where there is none, shape (3, 2)."""
+    between: NDArray[np.int64]
+    """Addresses of the code of the instruments and of the drives, and of what it is called with, see `SEE`; zeros where
+    there are none, shape (2, 2)."""
 
 
 @compiled
@@ -126,12 +133,16 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
     if not done(plan.straight, RECORDED if is_recorded else BETWEEN):  # type: ignore[call-arg]
         parts = plan.parts if is_recorded else plan.parts_between
         fault, finger = look(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)
+    if fault == HEALTHY and plan.between[SEE, 0] != 0:
+        call(plan.between[SEE, 0], plan.between[SEE, 1], plan.between[SEE, 1])
     if fault == HEALTHY and plan.law[0] != 0 and k % plan.stride == 0:
         plan.clock[0] = time
         if not done(plan.straight, LAW):
             call(plan.law[0], plan.law[1], plan.law[1])
         if not limit(plan.command, plan.effort_limit, m.torque, plan.limited):
             fault = BAD_TORQUE
+    if fault == HEALTHY and plan.between[ACT, 0] != 0:
+        call(plan.between[ACT, 0], plan.between[ACT, 1], plan.between[ACT, 1])
     progress[FAULT], progress[FINGER] = fault, finger
 
 

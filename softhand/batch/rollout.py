@@ -32,6 +32,7 @@ from softhand.errors import (
 from softhand.laws.law import Law
 from softhand.numerics.arrays import AnyArray
 from softhand.recording.variables import VARIABLES
+from softhand.scenario.instruments import check_variables
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.samples import labels_of
@@ -85,6 +86,8 @@ def rollout(
     scenarios = [varied(base, table, index) for index, table in enumerate(tables)]
     names = tuple(variables)
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
+    for each in scenarios:
+        check_variables("variables", names, each.sensing, each.actuation)
     count = _threads(threads)
     must_fit(scenarios, keeps)
     resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()

@@ -13,6 +13,7 @@ from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
 from softhand.batch.loop import (
+    ACT,
     BAD_TORQUE,
     BETWEEN,
     FAULT,
@@ -23,11 +24,13 @@ from softhand.batch.loop import (
     NEXT,
     RECORDED,
     SAMPLES,
+    SEE,
     Plan,
     Senses,
     look,
     run_periods,
 )
+from softhand.contact.pairs import contact_pairs
 from softhand.controllers.controller import Controller
 from softhand.errors import SimulationStopped
 from softhand.numerics.addressed import Addressed, addressed
@@ -36,8 +39,14 @@ from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
+from softhand.sensing.fields import Sizes, room
 from softhand.sensing.groups import parts_of
+from softhand.sensing.instruments import NEEDED, Instruments
+from softhand.sensing.observation import Observation
+from softhand.sensing.seen import see_measured
 from softhand.sensing.sensor import Sensor, Wanted
+from softhand.simulation.actuation import Drive, act, drive_of
+from softhand.simulation.actuation import become as become_drive
 from softhand.simulation.asking import at_fault, raised_by
 from softhand.simulation.faults import HEALTHY, stopped
 from softhand.simulation.keep import Keep
@@ -116,10 +125,16 @@ class CompiledRun:
         self._follow(setup)
         now = np.zeros(self._motion.now.size + self._motion.twist.size)
         desired = desired_of(now[: self._motion.now.size].reshape(3, -1), now[self._motion.now.size :].reshape(2, 6))
-        self._sensor = sensor = Sensor(plant, desired)
-        self._observation = sensor.observation
+        self._block = self._room(setup)
+        self._sensor = sensor = Sensor(plant, desired, self._block)
+        self._observation = truth = sensor.observation
+        self._instruments: Instruments | None = None
+        if setup.sensing is not None:
+            seen = self._block[room(truth.known.sizes) :]
+            self._instruments = Instruments(plant, truth, setup.sensing, desired, seen)
+            self._observation = self._instruments.observation
         now[:] = self._table(0, 0)[0, 1:]
-        observation = sensor.observe(self._state, 0.0)
+        observation = self._observe()
         with _blamed(setup.controller):
             self.law = setup.controller.compiled(observation)
         self._forget()
@@ -144,21 +159,71 @@ class CompiledRun:
             desired=np.empty((PERIODS, 1 + now.size)),
             now=now,
             pushes=_pushes(setup, plant),
-            parts=parts_of({*keep.fields, *self.law.reads}),
-            parts_between=parts_of(self.law.reads),
+            parts=parts_of({*keep.fields, *self._reads()}),
+            parts_between=parts_of(self._reads()),
             segments=keep.segments(sizes),
-            block=sensor.block,
+            block=self._block,
             rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
+            between=np.zeros((2, 2), np.int64),
         )
         self._layouts = Layouts()
+        self._drive = self._put_between()
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
         m, plan = self._mechanics, self._plan
         written = *m.kicks, m.mass, m.slopes, m.tree.work, m.torque, plan.limited, plan.Theta, plan.progress
         self._new = [(array, array.copy()) for array in written]
+
+    def _room(self, setup: Setup) -> Array:
+        """Memory of the observation, of what the controller sees and of the commanded torques."""
+        world = self.plant.world
+        size = room(Sizes(world.n_joints, world.nq, world.n_tips, len(self.plant.supports),
+                          len(contact_pairs(world.n_tips))))  # fmt: skip
+        return np.zeros(size if setup.sensing is None and setup.actuation is None else 2 * size + world.n_joints)
+
+    def _observe(self) -> Observation:
+        """What the controller sees at the start."""
+        truth = self._sensor.observe(self._state, 0.0)
+        if self._instruments is None:
+            return truth
+        seen = self._instruments.see(0)
+        self._instruments.forget()
+        return seen
+
+    def _reads(self) -> frozenset[str]:
+        """Fields of the true observation that are needed in each period."""
+        assert self.law is not None
+        return self.law.reads if self._instruments is None else NEEDED
+
+    def _put_between(self) -> Drive | None:
+        """The code of instruments and drives, put into its place."""
+        plan, instruments, setup = self._plan, self._instruments, self._setup
+        assert self.law is not None
+        codes: list[Addressed] = []
+        if instruments is not None:
+            arguments = instruments.arguments(plan.progress, {*self._keep.measured, *self.law.reads})
+            codes.append(addressed(see_measured, *arguments, layouts=self._layouts))
+            plan.between[SEE] = codes[-1].code, codes[-1].place
+        drive = None
+        if setup.actuation is not None:
+            drive = drive_of(setup.actuation, plan.command, plan.effort_limit, self._mechanics.torque, plan.limited,
+                             self._block[-self.plant.world.n_joints :])  # fmt: skip
+            codes.append(addressed(act, drive, plan.progress, layouts=self._layouts))
+            plan.between[ACT] = codes[-1].code, codes[-1].place
+        self._between = codes
+        return drive
+
+    def _become_between(self, setup: Setup) -> bool:
+        """Be the instruments and drives of another run."""
+        instruments, drive = self._instruments, self._drive
+        if (instruments is None) != (setup.sensing is None) or (drive is None) != (setup.actuation is None):
+            return False
+        if instruments is not None and setup.sensing is not None and not instruments.become(setup.sensing):
+            return False
+        return drive is None or setup.actuation is None or become_drive(drive, setup.actuation)
 
     def become(self, setup: Setup, keep: Keep) -> bool:
         """Be another run that differs in numbers alone, ready to go: in the same memory, and as if it were new.
@@ -172,6 +237,8 @@ class CompiledRun:
             return False
         if not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
             return False
+        if not self._become_between(setup):
+            return False
         for array, new in self._new:
             array[...] = new
         start, plan = self.plant.with_supports(setup.grasp.state), self._plan
@@ -182,7 +249,7 @@ class CompiledRun:
             return False
         self._setup = setup
         plan.now[:] = self._table(0, 0)[0, 1:]
-        observation = self._sensor.observe(self._state, 0.0)
+        observation = self._observe()
         with _blamed(setup.controller):
             if not self.law.become(setup.controller, observation):
                 return False
@@ -227,7 +294,9 @@ class CompiledRun:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self._mechanics.torque[:] = torque
         kept = parts_of(self._keep.fields)
-        self._plan = self._plan._replace(law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()))
+        self._plan = self._plan._replace(
+            law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()), between=np.zeros((2, 2), np.int64)
+        )
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
 

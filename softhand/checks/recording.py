@@ -14,7 +14,7 @@ from softhand.errors import RecordingError, SofthandError
 from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
 from softhand.recording.sound import ROUNDING, count_of, unsound, when
-from softhand.recording.variables import LABELLED_DIMS, VARIABLES
+from softhand.recording.variables import COMMANDED, LABELLED_DIMS, MEASURED_PREFIX, VARIABLES
 from softhand.scenario.scenario import Scenario
 from softhand.version import __version__
 
@@ -71,9 +71,16 @@ def check_recording(recording: Recording) -> RecordingCheckup:
 
 
 def _expected(recording: Recording) -> list[str]:
-    """All arrays that a run with such contacts and pushes records."""
+    """All arrays that a run with such contacts, pushes and instruments records."""
     labelled = set(LABELLED_DIMS) - set(recording.labels)  # what this run had none of
-    return [name for name, variable in VARIABLES.items() if labelled.isdisjoint(variable.dims)]
+    is_measured = any(name.startswith(MEASURED_PREFIX) for name in recording.variables)
+    return [
+        name
+        for name, variable in VARIABLES.items()
+        if labelled.isdisjoint(variable.dims)
+        and (is_measured or not name.startswith(MEASURED_PREFIX))
+        and (name != COMMANDED or COMMANDED in recording.variables)
+    ]
 
 
 def _rows(recording: Recording) -> list[tuple[str, str]]:

@@ -12,6 +12,7 @@ import numpy as np
 from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
+from softhand.assembly.unread import unread
 from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
@@ -72,7 +73,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
     """
     setup = resolve(scenario)
     simulation = assemble(setup)
-    observation = simulation.sample()
+    simulation.sample()
+    observation = simulation.truth
     frequency = fastest_frequency(simulation.plant, simulation.state)
     world = simulation.plant.world
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
@@ -81,6 +83,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_urdf(world.object),
         *_of_start(setup, simulation, observation, frequency),
         *doubts_of_target(setup),
+        *unread(setup),
         *_of_loop(setup),
     ]
     start = [
@@ -97,7 +100,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
 def doubts_of_start(setup: Setup) -> list[str]:
     """What `check_scenario` warns of at the start: tips, joints, step, table."""
     simulation = assemble(setup)
-    observation = simulation.sample()
+    simulation.sample()
+    observation = simulation.truth
     stepper = find_plugin("steppers", setup.scenario.stepper.name, "stepper.name")
     any_step = math.isinf(stepper.stable_up_to)  # then kernels are spared that a run does not need
     return _of_start(
@@ -169,7 +173,7 @@ def _of_tips(observation: Observation, plant: Plant) -> Iterator[str]:
 
 def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
     lower, upper = world.position_limits
-    angles, limits, slides = simulation.observation.joint_position, world.effort_limit, slides_of(world)
+    angles, limits, slides = simulation.truth.joint_position, world.effort_limit, slides_of(world)
     for k, name in enumerate(world.joint_names):
         gap = min(angles[k] - lower[k], upper[k] - angles[k])
         if gap < min(_JOINT_NEAR, 0.01 * (upper[k] - lower[k])):

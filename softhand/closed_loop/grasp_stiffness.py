@@ -164,7 +164,7 @@ def grasp_stiffness(
     if springs is None:
         name = plugin_name("controllers", type(start.controller))
         control = differentiate(start.controller, start.probe, still, start.period)
-        found, words = tangent(plant, still, _settled(control, name)), f"joints held by the controller {name}"
+        found, words = tangent(plant, still, settled(control, name)), f"joints held by the controller {name}"
         stiffness, springs = _require(found.with_torques(), name), np.full(world.n_joints, np.nan)
         torque_left = control.torque - found.held
     else:
@@ -235,7 +235,7 @@ def _springs(joints: str | float | Sequence[float], names: Sequence[str]) -> Arr
     return np.broadcast_to(values, len(names)).copy()
 
 
-def _settled(control: Feedback, name: str) -> Array:
+def settled(control: Feedback, name: str) -> Array:
     """Torques of a controller by the state, its memory where it comes to rest, shape (n, s)."""
     if control.is_smooth:
         return control.by_state

@@ -41,17 +41,21 @@ def new(
     if like and hand:
         raise ScenarioError("--like and --hand: take one of them.", key="hand", value=str(hand))
     check_new(file)
+    remedies: list[str] = []
     if hand is None:
         text, then = _copy(like or "target-a"), f"softhand simulate {file}"
     else:
         from softhand.scenario.blank import blank_scenario
 
         held = file.with_name(f"{file.stem}-held.toml")
-        text = blank_scenario(hand, file)
+        text, remedies = blank_scenario(hand, file)
         then = f"softhand grasp {file} --place --propose --write {held}"
         if "\n# contact_points = " in text:  # of coupled joints, for which nothing searches
             then = f"give [grasp] of {file} its points; then softhand check {file}"
     write_text(file, text)
+    for line in remedies:
+        key, _, why = line.partition("#")
+        Printer(quiet).say(f"{file}: hand.{key.strip()}: {why.strip()}", "warning")
     Printer(quiet).say(f"wrote {file}; now: {then}")
 
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:  # for editors
     from softhand.controllers.computed_torque import ComputedTorque as ComputedTorque
     from softhand.controllers.controller import Controller as Controller
     from softhand.controllers.finger_only import FingerOnly as FingerOnly
+    from softhand.controllers.least_squeeze import LeastSqueeze as LeastSqueeze
     from softhand.controllers.object_impedance import ObjectImpedance as ObjectImpedance
     from softhand.controllers.opposing import Opposing as Opposing
     from softhand.controllers.pick_and_place import PickAndPlace as PickAndPlace

@@ -179,6 +179,11 @@ def law_of(controller: Controller, observation: Observation, memory: Any) -> Law
     return law
 
 
+def fields_read(controller: Controller) -> frozenset[str] | None:
+    """Fields of an observation that a law reads while it runs; None of a law in plain Python, of which nobody knows."""
+    return None if controller.formula is None else _code_of(controller.formula).reads
+
+
 class _Code(NamedTuple):
     """A formula as compiled code."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.instruments import left_out
 from softhand.batch.run import KINDS
 from softhand.closed_loop.feedback import follow
 from softhand.controllers.controller import Controller
@@ -22,7 +24,7 @@ from softhand.derivatives.period import MOVED, SLIPS, TOUCHES
 from softhand.derivatives.situation import Situation, find_situation
 from softhand.derivatives.states import input_entries, state_entries
 from softhand.derivatives.varied import Varied
-from softhand.errors import ScenarioError, SimulationStopped
+from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
 from softhand.laws.law import Law
 from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
@@ -31,6 +33,7 @@ from softhand.plant.state import State
 from softhand.plugins import plugin_name
 from softhand.recording.recording import Recording
 from softhand.recording.units import slides_in
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
 from softhand.scenario.scenario import Scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
@@ -64,7 +67,8 @@ def linearize(
     The derivatives are those of the steps as they are computed, by central differences extrapolated once. Where one way
     crosses a switch, that a contact touches, slips, or meets another face or edge, they are one-sided, on the side that
     the state is on, and `switches` says so. Effort limits count in the closed loop, where a torque that is cut does not
-    follow the command. Switches inside a controller or a law are not seen.
+    follow the command. Switches inside a controller or a law are not seen. Of the sections `sensing` and `actuation`
+    the closed loop has the biases alone, which can be parameters: `sensing.object_position.bias`.
 
     Args:
         source: a scenario, its name or path, or a recording.
@@ -87,10 +91,21 @@ def linearize(
         RecordingError: the recording lacks what tells its states, or has no number there.
         SimulationStopped: the period does not come to its end.
         SofthandError: as `build`.
+
+    Warns:
+        ScenarioWarning: the scenario has delays, holds, filters or drives, which the closed loop leaves out.
     """
     at = find_situation(source, sample, state, torque, controller, law, overrides, values)
     keep = _kept(outputs, at)
     chosen = find_parameters(at, parameters)
+    ideal = left_out(at.setup.scenario) if closed else []
+    if ideal:
+        warnings.warn(
+            f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; "
+            "softhand.simulate shows what they do.",
+            ScenarioWarning,
+            stacklevel=2,
+        )
     return _Work(at, keep, closed).linearization(chosen)
 
 
@@ -291,6 +306,13 @@ def _told(chosen: list[Parameter | str]) -> tuple[tuple[str, ...], tuple[str, ..
 
 def _kept(outputs: Iterable[str], at: Situation) -> Keep:
     names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    unlike = [name for name in names if name.startswith(MEASURED_PREFIX) or name == COMMANDED]
+    if unlike:
+        raise ScenarioError(
+            f"outputs: {unlike[0]} is of the instruments and drives, which are no part of the model; ask for "
+            f"{unlike[0].removeprefix(MEASURED_PREFIX).removesuffix('_commanded')}.",
+            key="outputs", value=unlike[0],
+        )  # fmt: skip
     if "external_force" in names:
         raise ScenarioError(
             "outputs: external_force is what is put in; its effect is the parameter 'wrench'.",

@@ -66,15 +66,15 @@ class Observer:
             state = self._state
             if share:
                 state = State(state.q, state.v, less_shear(self._probe.plant, state.z, share), state.time)
-            observation = self._probe.at(_moved(self._probe, state, self._remembered, j, h), state.time)
-            rows.append(self._row(observation))
+            moved = _moved(self._probe, state, self._remembered, j, h)
+            rows.append(self._row(self._probe.at(moved, state.time)))
             sides.append(_sides(self._probe))
             memory = self._memory
             if j >= s:
                 values = self.held.copy()
                 values[j - s] += h
                 memory = rebuilt(memory, iter(values))
-            answers.append(self._answer(observation, memory))
+            answers.append(self._answer(moved, memory))
         y = self._outputs(np.array(rows))
         return np.hstack([y, np.array(answers)]), np.array(sides, dtype=np.int64)
 
@@ -85,10 +85,10 @@ class Observer:
         push = np.zeros(len(self._state.v))
         return np.concatenate([[observation.time], *parts, self._torque, np.zeros_like(self._torque), push])
 
-    def _answer(self, observation: Observation, memory: Any) -> Array:
+    def _answer(self, state: State, memory: Any) -> Array:
         if self._controller is None:
             return np.zeros(0)
-        torque, after = self._controller.torque(observation, memory)
+        torque, after = self._controller.torque(self._probe.seen(state, self._state.time), memory)
         return np.concatenate([np.asarray(torque, dtype=float), *numbers_of(after)])
 
     def _outputs(self, rows: Array) -> Array:

@@ -106,7 +106,7 @@ def find_situation(
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:
     plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled") for _ in range(2))
-    return plant, Probe(seen, setup.reference.start(read_start(setup.scenario)))
+    return plant, Probe(seen, setup.reference.start(read_start(setup.scenario)), setup.sensing)
 
 
 def _at(setup: Setup, state: State) -> Situation:
@@ -115,11 +115,11 @@ def _at(setup: Setup, state: State) -> Situation:
     carried = state.carried
     if carried is not None and carried.loop["has_memory"][0]:
         return _speaking(setup, plant, probe, state, carried.memory)
-    return _speaking(setup, plant, probe, state, setup.controller.start(probe.at(state, state.time)))
+    return _speaking(setup, plant, probe, state, setup.controller.start(probe.seen(state, state.time)))
 
 
 def _speaking(setup: Setup, plant: Plant, probe: Probe, state: State, memory: Any) -> Situation:
-    observation = probe.at(state, state.time)
+    observation = probe.seen(state, state.time)
     command = np.asarray(setup.controller.torque(observation, memory)[0], dtype=float)
     limit = observation.effort_limit
     return Situation(setup, plant, probe, state, memory, np.clip(command, -limit, limit))
@@ -160,7 +160,7 @@ def _of_recording(recording: Recording, setup: Setup, sample: int) -> Situation:
     for z, pad, slipped in zip(state.z, plant.pads, slips, strict=False):
         if pad["slip_column"] >= 0:
             z[pad["slip_column"]] = slipped
-    memory = setup.controller.start(probe.at(state, time))
+    memory = setup.controller.start(probe.seen(state, time))
     return Situation(setup, plant, probe, state, memory, recording.joint_torque[k].copy())
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softhand.assembly.instruments import read_sensing
 from softhand.assembly.parts import read_fingertips, read_reference, read_start
 from softhand.assembly.plant import read_supports, read_world
 from softhand.assembly.probe import Probe
@@ -49,4 +50,5 @@ class Varied(NamedTuple):
         controller = setup.controller
         if parameter.key.startswith("controller."):
             controller = read_settings(type(controller), scenario.controller.parameters, "controller")
-        return cls(plant, Probe(seen, read_reference(scenario).start(read_start(scenario))), controller)
+        motion = read_reference(scenario).start(read_start(scenario))
+        return cls(plant, Probe(seen, motion, read_sensing(scenario, world)), controller)

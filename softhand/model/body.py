@@ -32,14 +32,21 @@ class ObjectModel:
 
     @classmethod
     def read(
-        cls, file: str | Path, mass: float | None = None, ellipsoid: Vector3 | None = None, hull: bool = False
+        cls,
+        file: str | Path,
+        mass: float | None = None,
+        ellipsoid: Vector3 | None = None,
+        hull: bool = False,
+        repair: str = "",
+        density: float | None = None,
     ) -> ObjectModel:
-        """Read an object; see the class.
+        """Read an object; see the class, and `repair` and `density` of `HandModel.read`.
 
         Raises:
             ModelError: the file cannot be used.
         """
-        return cls(Urdf.read(file, replace(OBJECT, shape_counts=ellipsoid is None)), mass, ellipsoid, hull)
+        role = replace(OBJECT, shape_counts=ellipsoid is None, repair=repair, density=density)
+        return cls(Urdf.read(file, role), mass, ellipsoid, hull)
 
     def build(self) -> tuple[pin.Model, Shape]:
         """Its Pinocchio model, one free-flyer joint, and its shape in the frame of that joint.

@@ -40,6 +40,8 @@ class HandModel:
         position: Vector3 = ZERO,
         rpy: Vector3 = ZERO,
         effort_limit: float | None = None,
+        repair: str = "",
+        density: float | None = None,
         coupling: CouplingTable | None = None,
     ) -> HandModel:
         """Read a hand and put it into the world.
@@ -50,12 +52,15 @@ class HandModel:
             position: of the root link in the world [m].
             rpy: roll, pitch, yaw of the root link [rad].
             effort_limit: as above.
-            coupling: likewise.
+            repair: `balance` to take the nearest possible inertia in the place of one that no body has.
+            density: from which links that move without a mass get one by their shapes [kg/m^3].
+            coupling: as above.
 
         Raises:
             ModelError: the file cannot be used, or a tip has no link to sit on.
         """
-        bare = Urdf.read(file, replace(HAND, effort_counts=effort_limit is None and coupling is None))
+        counts = effort_limit is None and coupling is None
+        bare = Urdf.read(file, replace(HAND, effort_counts=counts, repair=repair, density=density))
         places = [
             replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
         ]

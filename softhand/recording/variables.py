@@ -37,6 +37,12 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
 }
 """Dimensions whose labels are the same in every recording."""
 
+MEASURED_PREFIX = "measured_"
+"""Before the names of variables that are as a controller saw them; they are there under [sensing] alone."""
+
+COMMANDED = "joint_torque_commanded"
+"""What it asked for; there under [actuation] alone."""
+
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
 
@@ -105,4 +111,20 @@ VARIABLES: dict[str, Variable] = {
     "object_position_desired": Variable(_XYZ, "m", "desired origin of the object frame, in the world"),
     "object_rpy_desired": Variable(_RPY, "rad", "desired orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),
+    COMMANDED: Variable(
+        _JOINT, "N m or N", "joint torque, or force of a slide, that the controller asked for; under [actuation] alone"
+    ),
+    "measured_joint_position": Variable(_JOINT, "rad or m", "joint_position, as the controller saw it"),
+    "measured_joint_velocity": Variable(_JOINT, "rad/s or m/s", "joint_velocity, as the controller saw it"),
+    "measured_object_position": Variable(_XYZ, "m", "object_position, as the controller saw it"),
+    "measured_object_rpy": Variable(_RPY, "rad", "object_rpy, as the controller saw it"),
+    "measured_object_twist": Variable(
+        ("time", "twist"), "m/s, m/s, m/s, rad/s, rad/s, rad/s", "object_twist, as the controller saw it"
+    ),
+    "measured_internal_force": Variable(_PAIR, "N", "internal_force, from what the controller saw"),
+    "measured_contact_force": Variable(
+        (*_CONTACT, "force_component"), "N, N, N, N m", "contact_force, from what the controller saw"
+    ),
+    "measured_contact_angles": Variable((*_CONTACT, "angle"), "rad", "contact_angles, as the controller saw them"),
+    "measured_contact_point": Variable((*_CONTACT, "xyz"), "m", "contact_point, from what the controller saw"),
 }

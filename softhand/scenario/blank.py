@@ -3,18 +3,41 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from softhand.errors import ModelError
 from softhand.model.coupling import read_coupling
-from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.bodies import NO_MASS
+from softhand.model.urdf.document import read_text
+from softhand.model.urdf.examination import HAND, examine
+from softhand.model.urdf.inertias import IMPOSSIBLE
+from softhand.model.urdf.joints import NO_EFFORT
 from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
+from softhand.model.urdf.repair import BALANCE
 from softhand.model.urdf.urdf import Urdf
+
+_AT_JOINT = 1e-3  # [m]
+_QUARTER = math.pi / 2.0
+_TO_X = (
+    ((0.0, 0.0, 0.0), (0.0, 0.0, math.pi)),
+    ((0.0, 0.0, _QUARTER), (0.0, 0.0, -_QUARTER)),
+    ((0.0, -_QUARTER, 0.0), (0.0, _QUARTER, 0.0)),
+)  # [rad], roll, pitch, yaw that bring x to an axis, and to what is opposite of it
+
+_DENSITY = 1200.0  # [kg/m^3], of printed plastic
+_REMEDIES = {
+    NO_EFFORT: "effort_limit = 1.0          # [N m or N], as the URDF has efforts of 0: write that of the motors",
+    IMPOSSIBLE: f'repair = "{BALANCE}"          # the URDF has inertias that no body has: the nearest possible ones',
+    NO_MASS: f"density = {_DENSITY}            # [kg/m^3], as links have no mass: from their shapes, of plastic",
+}
 
 _TEXT = """\
 # A hand of {count} fingers and a box. docs/scenario.md lists all keys; softhand check {name} explains these.
@@ -27,9 +50,9 @@ gravity = [0.0, 0.0, -9.81]  # [m/s^2], base frame
 [hand]
 urdf = {urdf}
 position = [0.0, 0.0, 0.0]  # [m], of the root in the base frame
-rpy = [0.0, 0.0, 0.0]       # [rad]
-# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out what
-# is no fingertip. Where x does not point out of the tip, turn it:
+rpy = [0.0, 0.0, 0.0]       # [rad]{remedies}
+# Frames at the centre of each flat face, x out of the tip. These are the ends of the URDF, in its order; take out
+# what is no fingertip. Where the axis that points away from the last joint is not x, the frame is turned:
 # {{ name = "index", frame = "LINK", position = [0.0, 0.0, 0.0], rpy = [0.0, -1.5707963267948966, 0.0] }}
 tips = [
 {tips}
@@ -57,6 +80,14 @@ K_N = 1.0            # [-], feedback of the internal force; softhand stability s
 [reference]
 kind = "hold"  # the start is kept; "minimum-jerk" goes to object_position, object_rpy, internal_force
 
+# Instruments through which the controller sees the grasp, and drives behind it: without them both are ideal.
+# docs/sensing.md
+# [sensing.joint_position]
+# noise = 1e-4   # [rad]
+# delay = 0.001  # [s]
+# [actuation]
+# lag = 0.001    # [s]
+
 [stepper]
 name = "midpoint"
 step = 0.001  # [s]
@@ -79,8 +110,20 @@ _BY_HAND = """\
 """
 
 
-def blank_scenario(urdf: Path, file: Path) -> str:
-    """The text of a scenario for a hand, without a grasp.
+class Blank(NamedTuple):
+    """A scenario to begin from.
+
+    Attributes:
+        text: of its file.
+        remedies: lines of its hand without which the URDF would be refused, each with what to do about it.
+    """
+
+    text: str
+    remedies: list[str]
+
+
+def blank_scenario(urdf: Path, file: Path) -> Blank:
+    """A scenario for a hand, without a grasp.
 
     Args:
         urdf: of the hand.
@@ -89,24 +132,27 @@ def blank_scenario(urdf: Path, file: Path) -> str:
     Raises:
         ModelError: the URDF cannot be read as a hand, or it has fewer than two ends.
     """
-    hand = Urdf.read(urdf, HAND)
-    ends = hand.ends
+    hand, remedies = _read(urdf)
+    ends = _ends(hand)
     if len(ends) < 2:
         raise ModelError(
             f"{urdf}: got {len(ends)} end of the tree of links ({', '.join(ends)}); a hand that holds something "
             "needs two fingertips or more.",
             file=str(urdf),
         )
-    position = ", ".join(f"{value:.3f}" for value in _middle(hand, ends))
-    return _TEXT.format(
+    model = build_model(hand)
+    position = ", ".join(f"{value:.3f}" for value in _middle(hand, model, ends))
+    text = _TEXT.format(
         count=len(ends),
         name=file.name,
         search=_search(hand, file.name),
         title=json.dumps(urdf.stem, ensure_ascii=False)[1:-1],
         urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
-        tips="\n".join(f"    {json.dumps(name, ensure_ascii=False)}," for name in ends),
+        tips="\n".join(f"    {_tip(model, name)}" for name in ends),
         position=position,
+        remedies="".join(f"\n{line}" for line in remedies),
     )
+    return Blank(text, remedies)
 
 
 def _search(hand: Urdf, name: str) -> str:
@@ -118,10 +164,50 @@ def _search(hand: Urdf, name: str) -> str:
     return _BY_HAND.format(name=name, motors=", ".join(motors))
 
 
-def _middle(hand: Urdf, ends: list[str]) -> np.ndarray:
+def _read(urdf: Path) -> tuple[Urdf, list[str]]:
+    """The hand, and the lines of a scenario that it needs for that."""
+    found = examine(read_text(urdf), urdf, HAND, urdf.parent)
+    kinds = {finding.kind for finding in found.findings if finding.is_error} & set(_REMEDIES)
+    role = replace(
+        HAND,
+        effort_counts=NO_EFFORT not in kinds,
+        repair=BALANCE if IMPOSSIBLE in kinds else "",
+        density=_DENSITY if NO_MASS in kinds else None,
+    )
+    return Urdf.read(urdf, role), [line for kind, line in _REMEDIES.items() if kind in kinds]
+
+
+def _ends(hand: Urdf) -> list[str]:
+    """Links that carry no other, on bodies that no joint moves on: not the frames of a base or a palm."""
+    carrying = {joint.parent for joint in hand.moving_joints}
+    bodies = hand.tree.bodies()
+    outer = {
+        name
+        for leader, members in bodies.items()
+        if leader != hand.tree.root and not carrying & set(members)
+        for name in members
+    }
+    return [name for name in hand.ends if name in outer]
+
+
+def _tip(model: pin.Model, name: str) -> str:
+    """The entry of an end, turned so that of its axes the one away from the last joint becomes x."""
+    frame, quoted = model.frames[model.getFrameId(name)], json.dumps(name, ensure_ascii=False)
+    out = frame.placement.rotation.T @ frame.placement.translation
+    if np.linalg.norm(out) < _AT_JOINT:
+        return f"{quoted},  # its origin is that of its joint: give the position at the tip, and rpy"
+    axis = int(np.argmax(np.abs(out)))
+    rpy = _TO_X[axis][int(out[axis] < 0.0)]
+    if not any(rpy):
+        return f"{quoted},"
+    label = json.dumps(f"{name}_soft", ensure_ascii=False)
+    why = f"{'-' if out[axis] < 0.0 else ''}{'xyz'[axis]} of the link points away from its joint"
+    return f"{{ name = {label}, frame = {quoted}, rpy = {list(rpy)} }},  # {why}"
+
+
+def _middle(hand: Urdf, model: pin.Model, ends: list[str]) -> np.ndarray:
     """The mean of the ends, all joints, or their motors, in the middle of their ranges [m], shape (3,)."""
-    model = build_model(hand)
-    coupling = read_coupling(hand, model, None, None)
+    coupling = read_coupling(hand, model, None, 1.0)
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
     middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
     q = pin.neutral(model)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -71,7 +71,7 @@ class HandSection(Settings):
     """The hand and its fingertips."""
 
     urdf: str
-    """File of the hand, relative to the scenario, or package://NAME/PATH in an installed package."""
+    """File of the hand, relative to the scenario, or package://NAME/PATH in a package of ROS or Python."""
     tips: Annotated[tuple[str | PlacedTip, ...], Field(min_length=2)]
     """Of each fingertip its link or frame at the centre of the hemisphere's flat face, x out of the tip; or a table."""
     position: Vector3 = (0.0, 0.0, 0.0)
@@ -82,6 +82,10 @@ class HandSection(Settings):
     """Largest torque of every joint [N m or N]; those of the URDF if not given."""
     coupling: CouplingSection | None = None
     """Motors of joints that move together, beside the `<mimic>` of the URDF."""
+    repair: Literal["balance"] | None = None
+    """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
+    density: Positive | None = None
+    """Density by which links that move without a mass get one from their shapes; refused if not given [kg/m^3]."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -105,13 +109,17 @@ class ObjectSection(Settings):
     """The object and its pose at the start."""
 
     urdf: str
-    """File of the object, relative to the scenario, or package://NAME/PATH in an installed package."""
+    """File of the object, relative to the scenario, or package://NAME/PATH in a package of ROS or Python."""
     mass: Positive | None = None
     """Mass in place of that of the URDF, whose inertia is scaled alike [kg]."""
     ellipsoid: tuple[Positive, Positive, Positive] | None = None
     """Semi-axes of an ellipsoid in the place of the URDF's collision shape [m]."""
     hull: bool = False
     """Whether the convex hull of a collision mesh is taken that is not convex."""
+    repair: Literal["balance"] | None = None
+    """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
+    density: Positive | None = None
+    """Density by which an object without a mass gets one from its shapes; refused if not given [kg/m^3]."""
     position: Vector3
     """Origin of the object frame at the start, in the base frame [m]."""
     rpy: Vector3

@@ -1,11 +1,11 @@
-"""Files named `package://NAME/PATH`: those that ship with softhand, and those of other installed packages."""
+"""Files named `package://NAME/PATH`: those that ship with softhand, and those of packages of ROS and of Python."""
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 from softhand.errors import ScenarioError
+from softhand.model.urdf.packages import package_folders, searched
 from softhand.settings.wording import show
 
 _PREFIX = "package://"
@@ -22,11 +22,11 @@ def shipped_urdfs() -> Path:
 def package_file(name: str) -> Path:
     """The file that `package://NAME/PATH` stands for.
 
-    NAME is softhand or an installed Python package. PATH is looked for in its folder, and in `share/NAME` of the
-    folders above it, with hyphens for underscores too, where packages of ROS and their wheels keep their data.
+    NAME is softhand, a package of ROS or an installed Python package; `model.urdf.packages` says where these are
+    looked for.
 
     Raises:
-        ScenarioError: the package is not installed, there is no such file in it, or the path leads out of it.
+        ScenarioError: there is no such package, there is no such file in it, or the path leads out of it.
     """
     package, _, path = name.removeprefix(_PREFIX).partition("/") if name.startswith(_PREFIX) else ("", "", "")
     if ".." in Path(path).parts:
@@ -49,24 +49,16 @@ def _shipped() -> str:
 
 
 def _tries(name: str, package: str, path: str) -> tuple[list[Path], str]:
-    """Where a file of an installed package may be, and what to say if it is nowhere."""
-    name = show(name)
-    try:
-        found = importlib.util.find_spec(package) if package.isidentifier() else None
-    except (ImportError, ValueError):
-        found = None
-    folders = list(found.submodule_search_locations or []) if found else []
-    if not folders and package in EXTRAS:
+    """Where a file of a package may be, and what to say if it is nowhere."""
+    name, folders = show(name), package_folders(package)
+    there = [folder for folder in folders if folder.is_dir()]
+    if not there and package in EXTRAS:
         return [], f'{name} needs another package; install it: pip install "softhand[{EXTRAS[package]}]".'
-    if not folders:
-        return [], f"{name}: no Python package of that name is installed; give the path of a file. {_shipped()}"
-    folder = Path(folders[0])
-    shares = [
-        above / "share" / spelling / path
-        for above in folder.parents
-        for spelling in (package, package.replace("_", "-"))
-    ]
-    return [folder / path, *shares], f"{name}: the package is installed in {folder}, but has no such file. {_shipped()}"
+    if not there:
+        where = f"looked for in {searched()}; give the path of a file"
+        return [], f"{name}: there is no package of that name, {where}. {_shipped()}"
+    problem = f"{name}: the package is installed in {there[0]}, but has no such file. {_shipped()}"
+    return [folder / path for folder in folders], problem
 
 
 def _is_file(file: Path) -> bool:

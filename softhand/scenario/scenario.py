@@ -17,6 +17,7 @@ from softhand.scenario.agreement import check_counts, check_opening, check_times
 from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
+from softhand.scenario.instruments import ActuationSection, SensingSection, check_loop, check_variables
 from softhand.scenario.keywords import all_keys, check_plugin_keys, full_keys
 from softhand.scenario.task import (
     ControllerSection,
@@ -61,6 +62,10 @@ class Scenario(Settings):
     """What sets the joint torques."""
     reference: ReferenceSection
     """What the controller is asked for."""
+    sensing: SensingSection | None = None
+    """Instruments through which the controller sees the grasp; it sees the truth if not given."""
+    actuation: ActuationSection | None = None
+    """Drives between the commanded torque and the joints, which have it at once if not given."""
     push: tuple[PushSection, ...] = ()
     """What disturbs the object or the hand."""
     stepper: StepperSection = StepperSection()
@@ -78,6 +83,8 @@ class Scenario(Settings):
         check_opening(self.grasp, self.fingertip)
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
+        check_loop(self.sensing, self.actuation, self.control_period)
+        check_variables("record.variables", self.record.variables or (), self.sensing, self.actuation)
 
     def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
         """Return a checked copy with some values changed.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from softhand.plugins import find_plugin
 from softhand.scenario.fingertip import DampingSection, FingertipSection
+from softhand.scenario.instruments import InstrumentSection
 from softhand.scenario.scenario import Scenario
 from softhand.settings.settings import Settings
 from softhand.settings.wording import show, unit_of
@@ -47,6 +48,11 @@ def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
         for kind in (field.annotation, *get_args(field.annotation))  # of a section that may be missing, too
         if isinstance(kind, type) and issubclass(kind, Settings)
     }
+    for name, unit in units.get("sensing", {}).items():
+        units[f"sensing.{name}"] = {
+            **_units(InstrumentSection),
+            **dict.fromkeys(("noise", "bias", "quantisation"), unit),
+        }
     fingertip = table["fingertip"]
     chosen = [
         ("fingertip", "laws", fingertip["law"]),

@@ -96,9 +96,15 @@ class Wanted(NamedTuple):
 
 
 class Sensor:
-    """Keeps an observation up to date; without Pinocchio where the stepper has left the plant at the very state."""
+    """Keeps an observation up to date; without Pinocchio where the stepper has left the plant at the very state.
 
-    def __init__(self, plant: Plant, desired: Desired) -> None:
+    Args:
+        plant: what is observed.
+        desired: what is asked for, live.
+        block: where the observation lies; memory of its own if not given.
+    """
+
+    def __init__(self, plant: Plant, desired: Desired, block: Array | None = None) -> None:
         world, pairs = plant.world, contact_pairs(plant.world.n_tips)
         self._plant, self._desired = plant, desired
         self.body = Body(
@@ -114,7 +120,7 @@ class Sensor:
             room_for_coupled(world.coupled),
         )
         known = Known.of(plant, len(pairs))
-        self.block = np.zeros(room(known.sizes))
+        self.block = np.zeros(room(known.sizes)) if block is None else block
         self.observation = Observation(known, self.block, is_live=True)
         self.groups = tuple(pick(group, self.observation._views) for group in GROUPS)
         self._state: State | None = None
@@ -178,15 +184,21 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
         parts: which of them, see `groups.parts_of`.
         evaluated: whether the stepper has evaluated the contacts at this state.
     """
+    if not evaluated:
+        evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, state.v, state.z, 0.0, touch.depths, False,
+                          touch.contacts, touch.jacobian)  # fmt: skip
+        at[0] = math.nan
+    else:
+        move_contacts(touch.pads, touch.columns, touch.contacts, touch.jacobian, state.v)
+    describe(body, touch, terms, desired, state.q, state.v, groups, parts)
+
+
+@compiled
+def describe(body, touch, terms, desired, q, v, groups, parts):
+    """The fields of an observation from contacts and rigid bodies as they stand; args as those of `observe`."""
     contacts, poses, J = touch.contacts, terms.poses, terms.J
     object_pose = poses[poses.shape[0] - 1]
     joints, object_, tips, at_tips, jacobians, supports, internal, asked = groups
-    if not evaluated:
-        evaluate_contacts(touch.pads, touch.columns, poses, J, state.v, state.z, 0.0, touch.depths, False, contacts,
-                          touch.jacobian)  # fmt: skip
-        at[0] = math.nan
-    else:
-        move_contacts(touch.pads, touch.columns, contacts, touch.jacobian, state.v)
     if parts[JOINTS] or parts[OBJECT]:
         if body.coupled.S.shape[0] == 0:
             gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
@@ -194,9 +206,9 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
             gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.coupled.nle)
             project_force(body.coupled, body.coupled.nle, body.gravity_terms)
     if parts[JOINTS]:
-        describe_joints(body, state.q, state.v, joints)
+        describe_joints(body, q, v, joints)
     if parts[OBJECT]:
-        describe_object(object_pose, state.v, body.gravity_terms, object_)
+        describe_object(object_pose, v, body.gravity_terms, object_)
     if parts[TIPS]:
         describe_tips(body, touch.columns, poses, J, contacts, tips)
     if parts[CONTACTS]:
@@ -204,7 +216,7 @@ def observe(body, touch, terms, desired, state, at, groups, parts, evaluated):
     if parts[FRICTION]:
         describe_friction(touch, at_tips)
     if parts[ROLLING]:
-        describe_rolling(touch, poses, J, state.v, at_tips)
+        describe_rolling(touch, poses, J, v, at_tips)
     if parts[JACOBIANS]:
         describe_jacobians(touch, object_pose, jacobians)
     if parts[PAPER]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -11,11 +11,12 @@ import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SofthandError
-from softhand.numerics.arrays import Array, as_numbers
+from softhand.numerics.arrays import AnyArray, Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
 from softhand.sensing.observation import Observation
 from softhand.settings.failures import failure
+from softhand.simulation.actuation import Actuation, Drive, act, drive_of, forget
 
 
 class Actuators:
@@ -24,24 +25,61 @@ class Actuators:
     Args:
         torque: room for them [N m, N], shape (n,).
         effort_limit: largest of each [N m, N], shape (n,).
+        actuation: what the drives make of a command; it is cut to the limits alone if not given.
 
     Attributes:
         command: what was asked for, shape (n,).
         torque: as applied.
         limited: 1 where an effort limit cut what was asked for, shape (n,).
+        drive: the drives, if there are any.
     """
 
-    def __init__(self, torque: Array, effort_limit: Array) -> None:
+    def __init__(self, torque: Array, effort_limit: Array, actuation: Actuation | None = None) -> None:
         self.torque, self.limited = torque, np.zeros(torque.shape, np.int8)
         self.command = np.zeros_like(torque)
         self.apply = prepared(limit, self.command, effort_limit.copy(), torque, self.limited)
+        self.drive: Drive | None = None
+        if actuation is not None:
+            self.drive = drive_of(actuation, self.command, effort_limit.copy(), torque, self.limited)
+            self._period = np.zeros(1, np.int64)
+            self._act = prepared(act, self.drive, self._period)
 
     def reset(self) -> None:
         """No torque."""
         self.torque[:], self.limited[:] = 0.0, 0
+        if self.drive is not None:
+            self.command[:] = 0.0
+            forget(self.drive)
 
     apply: Callable[[], bool]
     """Give the joints what was asked for, cut to the limits; False, and nothing changes, if it is not finite."""
+
+    def act(self, period: int) -> None:
+        """Give the joints what the drives make of the commands so far, in a control period, if there are drives."""
+        if self.drive is not None:
+            self._period[0] = period
+            self._act()
+
+    def has_acted(self, period: int) -> bool:
+        """Whether nothing is left to do in a control period."""
+        return self.drive is None or int(self.drive.last[0]) == period
+
+    def carry(self, period: int) -> dict[str, AnyArray]:
+        """What `resume` needs to go on with a control period, as copies."""
+        if self.drive is None:
+            return {}
+        drive, is_done = self.drive, self.has_acted(period)
+        return {
+            "command": self.command.copy(),
+            "drive line": (drive.line_before if is_done else drive.line).copy(),
+            "drive state": (drive.state_before if is_done else drive.state).copy(),
+        }
+
+    def resume(self, carried: Mapping[str, AnyArray]) -> None:
+        """Be as when `carry` was called."""
+        if self.drive is not None:
+            self.command[:], self.drive.last[:] = carried["command"], -1
+            self.drive.line[...], self.drive.state[:] = carried["drive line"], carried["drive state"]
 
 
 class Asking:

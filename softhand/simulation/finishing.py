@@ -7,6 +7,7 @@ import numpy as np
 from softhand.model.configuration import CONTINUOUS
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
+from softhand.recording.variables import MEASURED_PREFIX
 
 
 def finished(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) -> dict[str, AnyArray]:
@@ -45,6 +46,15 @@ def finished(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) 
             pushed = np.sign(beyond @ np.sign(coupling.S)).astype(np.int8)
             found["joint_limited"] = np.where(found["joint_limited"] == 0, pushed, found["joint_limited"])
     return found
+
+
+def measured_in(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) -> dict[str, AnyArray]:
+    """The same for what a controller saw, by its own names; args as `finished`."""
+    size = len(MEASURED_PREFIX)
+    own = {name[size:]: count for name, count in turns.items() if name.startswith(MEASURED_PREFIX)}
+    done = finished(found, plant, own)
+    turns |= {MEASURED_PREFIX + name: count for name, count in own.items()}
+    return {MEASURED_PREFIX + name: done[name] for name in found}
 
 
 def _as_angles(deformation: Array, plant: Plant) -> Array:

@@ -13,15 +13,18 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.steppers.stepper import Integration
 
+_OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state")
 
-def must_fit(state: State, mine: State, plant: Plant, integration: Integration) -> None:
-    """Refuse a state of another plant, or one that another stepper left.
+
+def must_fit(state: State, mine: State, plant: Plant, integration: Integration, loop: Mapping[str, AnyArray]) -> None:
+    """Refuse a state of another plant, or one that another stepper or other instruments left.
 
     Args:
         state: given.
         mine: a state of this plant.
         plant: where it shall go on.
         integration: the stepper that shall go on from it.
+        loop: what its instruments and drives remember.
 
     Raises:
         ScenarioError: naming what does not fit.
@@ -36,9 +39,11 @@ def must_fit(state: State, mine: State, plant: Plant, integration: Integration) 
     if state.carried.names != plant.names:
         saved, here = ", ".join(state.carried.names), ", ".join(plant.names)
         raise _misfit("carried", saved, f"its joints and contacts are {saved}, but those of this plant are {here}")
+    remembered = {name: array for name, array in state.carried.loop.items() if name in _OF_INSTRUMENTS}
     for what, carried, own in (
         ("plant", state.carried.plant, plant.carry()),
         ("stepper", state.carried.stepper, integration.carry()),
+        ("[sensing] or [actuation]", remembered, loop),
     ):
         if _layout(carried) != _layout(own):
             again = "State(state.q, state.v, state.z, state.time) starts afresh from it"

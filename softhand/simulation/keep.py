@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
-from softhand.recording.variables import VARIABLES
-from softhand.sensing.fields import RECORDED, Sizes, beginnings, shapes
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX, VARIABLES
+from softhand.sensing.fields import RECORDED, Sizes, beginnings, room, shapes
+from softhand.sensing.instruments import MEASURED
 from softhand.settings.wording import nearest
-from softhand.simulation.finishing import finished
+from softhand.simulation.finishing import finished, measured_in
 
 _OF_JOINTS = ("joint_limited", "coupled_position")
 """Told from the joint positions."""
@@ -73,10 +74,25 @@ class Keep:
         """Of a run of so many control periods."""
         return periods // self.every + 1
 
+    @property
+    def measured(self) -> list[str]:
+        """Fields of what the controller sees, in their order."""
+        return [name for name in MEASURED if MEASURED_PREFIX + name in self.variables]
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether commanded torques are kept."""
+        return COMMANDED in self.variables
+
     def segments(self, sizes: Sizes) -> NDArray[np.int64]:
-        """Begin and size of each field in the block of an observation, shape (fields, 2)."""
-        begins, every = beginnings(sizes), shapes(sizes)
+        """Begin and size of each field in the block of an observation, shape (fields, 2).
+
+        Behind it stand those that are measured, in the block of what the controller sees, and the commanded torques.
+        """
+        begins, every, size = beginnings(sizes), shapes(sizes), room(sizes)
         rows = [(begins[name], prod(every[name])) for name in self.fields]
+        rows += [(size + begins[name], prod(every[name])) for name in self.measured]
+        rows += [(2 * size, sizes.n)] * self.is_commanded
         return np.array(rows, dtype=np.int64).reshape(-1, 2)
 
     def width(self, sizes: Sizes, nv: int) -> int:
@@ -86,13 +102,15 @@ class Keep:
     def variables_of(self, rows: Array, sizes: Sizes, plant: Plant) -> dict[str, AnyArray]:
         """The variables of a run from the rows of the compiled loop, and `time`."""
         found: dict[str, AnyArray] = {"time": rows[:, 0]}
+        measured: dict[str, AnyArray] = {}
         end = 1
-        for name in self.fields:
-            shape = shapes(sizes)[name]
-            found[name] = rows[:, end : end + prod(shape)].reshape(len(rows), *shape)
-            end += prod(shape)
+        for into, names in ((found, self.fields), (measured, self.measured), (found, [COMMANDED] * self.is_commanded)):
+            for name in names:
+                shape = (sizes.n,) if name == COMMANDED else shapes(sizes)[name]
+                into[name] = rows[:, end : end + prod(shape)].reshape(len(rows), *shape)
+                end += prod(shape)
         for name, size in zip(_DRIVE, (sizes.n, sizes.n, rows.shape[1] - end - 2 * sizes.n), strict=True):
             found[name] = rows[:, end : end + size]
             end += size
-        found = finished(found, plant, {})
+        found = finished(found, plant, {}) | measured_in(measured, plant, {})
         return {name: found[name] for name in ("time", *self.variables) if name in found}

@@ -13,10 +13,10 @@ from softhand.plant.plant import Plant
 from softhand.recording.events import events_as_text, find_events, phases_as_text
 from softhand.recording.recording import Recording
 from softhand.recording.variables import VARIABLES
-from softhand.sensing.fields import RECORDED, room, split
-from softhand.sensing.sensor import Sensor
+from softhand.sensing.fields import RECORDED, Sizes, split
+from softhand.sensing.instruments import MEASURED
 from softhand.simulation.faults import out_of_range
-from softhand.simulation.finishing import finished
+from softhand.simulation.finishing import finished, measured_in
 from softhand.simulation.growing import Growing
 from softhand.simulation.interrupts import interrupts_held
 from softhand.simulation.keep import Keep
@@ -34,9 +34,9 @@ class Samples:
 
     Args:
         plant: what runs.
-        sensor: with the observation of each sample.
-        torque: as applied, live, shape (n,).
-        limited: 1 where an effort limit cut the command, live, shape (n,).
+        live: what a sample is a copy of: "observed" and, if there are instruments, "measured", the recorded begin of
+            the block of an observation; variables by their names.
+        sizes: of the observation.
         period: between two control periods [s].
         keep: which variables are kept, and how often.
 
@@ -46,18 +46,12 @@ class Samples:
         largest_Phi: of each tip so far [rad], shape (nc,).
     """
 
-    def __init__(
-        self, plant: Plant, sensor: Sensor, torque: Array, limited: AnyArray, period: float, keep: Keep
-    ) -> None:
-        self._plant, self._sizes, self._period, self._keep = plant, sensor.observation.known.sizes, period, keep
+    def __init__(self, plant: Plant, live: Mapping[str, AnyArray], sizes: Sizes, period: float, keep: Keep) -> None:
+        self._plant, self._sizes, self._period, self._keep = plant, sizes, period, keep
         self._k = np.zeros((), np.int64)
-        live = {
-            "period": self._k,
-            "observed": sensor.block[: room(self._sizes, RECORDED)],
-            "joint_torque": torque,
-            "torque_limited": limited,
-            "external_force": plant.external,
-        }
+        live = {"period": self._k, **live}
+        self._variables_in = [name for name in live if name in VARIABLES]
+        self._is_measured = "measured" in live
         self._recorder, self._kept, self._count = Recorder(live, _CHUNK), Growing(), 0
         self.turns: dict[str, Array] = {}
         self.largest_Phi = np.full(plant.world.n_tips, -np.inf)
@@ -90,13 +84,13 @@ class Samples:
         rows = self._recorder
         found = {
             "time": np.round(rows["period"] * self._period, 12),
-            "joint_torque": rows["joint_torque"],
-            "torque_limited": rows["torque_limited"],
             **split(rows["observed"], self._sizes, RECORDED),
-            "external_force": rows["external_force"],
+            **{name: rows[name] for name in self._variables_in},
         }
         self.largest_Phi = np.maximum(self.largest_Phi, found["contact_angles"][..., 1].max(axis=0, initial=-np.inf))
         found = finished(found, self._plant, self.turns)
+        if self._is_measured:
+            found |= measured_in(split(rows["measured"], self._sizes, MEASURED), self._plant, self.turns)
         kept = {"time", *self._keep.variables}
         self._kept.add({name: found[name].astype(VARIABLES[name].dtype) for name in found if name in kept})
         rows.clear()

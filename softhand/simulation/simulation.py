@@ -10,15 +10,20 @@ import numpy as np
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioError, SimulationStopped, SofthandError
-from softhand.numerics.arrays import Array, as_numbers
+from softhand.numerics.arrays import AnyArray, Array, as_numbers
 from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
 from softhand.recording.recording import Recording
+from softhand.recording.variables import COMMANDED
 from softhand.references.reference import Motion
+from softhand.sensing.fields import RECORDED, room
+from softhand.sensing.instruments import Instruments
 from softhand.sensing.observation import Observation
+from softhand.sensing.quantities import Sensing
 from softhand.sensing.sensor import Sensor
 from softhand.settings.failures import blaming, failure
+from softhand.simulation.actuation import Actuation
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
@@ -33,7 +38,7 @@ Progress = Callable[[float], None]
 """Called now and then with the simulated time [s]."""
 
 Watch = Callable[[Observation], None]
-"""Called with what is observed at each sample."""
+"""Called with the true observation of each sample."""
 
 TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
@@ -58,6 +63,7 @@ class Simulation:
         integration: the stepper at work on `state`.
         reference: what the controller is asked for.
         observation: what the controller sees; live.
+        truth: what it would see without instruments; live, the same where there are none.
         time: simulated time [s] of the next sample.
         torque: joint torques that the next `step` holds [N m, N], shape (n,); set by `sample`.
         torque_limited: 1 where an effort limit cut the command, shape (n,).
@@ -74,6 +80,8 @@ class Simulation:
         scenario: as the attribute.
         pushes: from outside, at times that are known.
         keep: what is recorded of `run`; all variables, each control period, if None.
+        sensing: instruments between the grasp and the controller; it sees the truth if None.
+        actuation: drives between the controller and the joints; these have the torque at once if None.
     """
 
     def __init__(
@@ -88,6 +96,8 @@ class Simulation:
         scenario: str = "",
         pushes: Sequence[Push] = (),
         keep: Keep | None = None,
+        sensing: Sensing | None = None,
+        actuation: Actuation | None = None,
     ) -> None:
         self.plant, self.state, self.scenario, self.reference = plant, start.copy(), scenario, reference
         self._start, self._period = start, control_period
@@ -96,10 +106,14 @@ class Simulation:
         self._step = stepper.step
         self._is_limited = math.isfinite(stepper.stable_up_to)
         self._sensor = Sensor(plant, reference.desired)
-        self.observation = self._sensor.observation
+        self.observation = self.truth = self._sensor.observation
+        self._instruments: Instruments | None = None
+        if sensing is not None:
+            self._instruments = Instruments(plant, self.truth, sensing, reference.desired)
+            self.observation = self._instruments.observation
         with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
             self.integration = stepper.start(plant)
-        self._actuators = Actuators(self.integration.torque, self.observation.effort_limit)
+        self._actuators = Actuators(self.integration.torque, self.truth.effort_limit, actuation)
         self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
         self._asking = Asking(controller, self._actuators.command) if controller else None
         self._stride = whole_periods(controller, control_period) if controller else 1
@@ -120,12 +134,15 @@ class Simulation:
             ScenarioError: the state is not one of this plant and stepper, or its time lies between two samples.
         """
         state = self._start if state is None else state
-        must_fit(state, self.state, self.plant, self.integration)
+        loop = {**self._actuators.carry(0), **(self._instruments.carry(0) if self._instruments else {})}
+        must_fit(state, self.state, self.plant, self.integration, loop)
         self._k = periods_until(state.time, self._period)
         self.state.assign(state)
         self.time = round(self._k * self._period, 12)
         self.integration.restart()
         self._actuators.reset()
+        if self._instruments:
+            self._instruments.forget()
         self._pushes.clear()
         self._Theta[:], self.plant.at[0], self.plant.external[:] = np.nan, np.nan, 0.0
         self._turns: dict[str, Array] = {}
@@ -152,6 +169,9 @@ class Simulation:
             memory, has_memory = self._asking.remembered(asked, self.time), self._asking.has_started
         loop["has_memory"] = np.array([has_memory])
         loop |= {f"turns {name}": turns for name, turns in self._turns.items()}
+        loop |= self._actuators.carry(self._k)
+        if self._instruments:
+            loop |= self._instruments.carry(self._k)
         carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory, self.plant.names)
         return State(self.state.q.copy(), self.state.v.copy(), self.state.z.copy(), self.time, carried)
 
@@ -182,21 +202,29 @@ class Simulation:
         fault, finger = self._find_fault()
         if fault != HEALTHY:
             raise stopped(fault, finger, self.plant, self._last_good(), self._is_limited)
-        if self._asking is not None and self._k % self._stride == 0:
-            self._asking.ask(observation)
-            self._asked_at = self._k
-            if not self._actuators.apply():
-                command = self._actuators.command.tolist()
-                raise self._asking.bad(f"returned a torque with NaN or infinity: {command}", self.time)
+        if self._instruments:
+            observation = self._instruments.see(self._k)
+        if self._asking is not None:
+            if self._k % self._stride == 0:
+                self._ask(self._asking, observation)
+            self._actuators.act(self._k)
         if self._pushes.are_any:
             self._pushes.apply(self.time, self.state.q)
         return observation
+
+    def _ask(self, asking: Asking, observation: Observation) -> None:
+        asking.ask(observation)
+        self._asked_at = self._k
+        if not self._actuators.apply():
+            command = self._actuators.command.tolist()
+            raise asking.bad(f"returned a torque with NaN or infinity: {command}", self.time)
 
     def step(self, torque: Array | None = None) -> None:
         """Hold the torques for one control period.
 
         Args:
-            torque: in place of those of the controller [N m, N], shape (n,); cut to the effort limits.
+            torque: in place of those of the controller [N m, N], shape (n,); cut to the effort limits, and handed to
+                the drives if there are any.
 
         Raises:
             SimulationStopped: the integration broke down.
@@ -204,6 +232,8 @@ class Simulation:
         """
         if torque is not None:
             self._take(torque)
+        if torque is not None or not self._actuators.has_acted(self._k):
+            self._actuators.act(self._k)
         try:
             for k in range(self._steps):
                 if self._pushes.are_any:
@@ -235,7 +265,7 @@ class Simulation:
 
         Args:
             progress: called every 20 control periods.
-            watch: called every control period with the observation, which is live; for viewers.
+            watch: called every control period with the true observation, which is live; for viewers.
             start: of `save`, to go on from there.
             until: end earlier [s].
 
@@ -249,7 +279,7 @@ class Simulation:
         """
         self.reset(start)
         first, last = self._k, self._periods if until is None else round(until / self._period)
-        samples = Samples(self.plant, self._sensor, self.torque, self.torque_limited, self._period, self._keep)
+        samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep)
         samples.turns, self._first = dict(self._turns), first
         self._notes: dict[str, str] = {}
         self._began = clock.perf_counter()
@@ -264,7 +294,7 @@ class Simulation:
                     if progress is not None and k % _REPORT_EVERY == 0:
                         progress(self.time)
                     if watch is not None:
-                        watch(self.observation)
+                        watch(self.truth)
                     if k < last:
                         self.step()
                 if progress is not None:
@@ -294,6 +324,9 @@ class Simulation:
         self.integration.resume(carried.stepper)
         self.torque[:], self.torque_limited[:] = carried.loop["torque"], carried.loop["limited"]
         self._Theta[:] = carried.loop["Theta"]
+        self._actuators.resume(carried.loop)
+        if self._instruments:
+            self._instruments.resume(carried.loop["instruments"])
         self._turns = {name[6:]: turns for name, turns in carried.loop.items() if name.startswith("turns ")}
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))
@@ -312,6 +345,21 @@ class Simulation:
     def _last_good(self) -> float:
         """Time of the previous sample [s]."""
         return round(max(self._k - 1, 0) * self._period, 12)
+
+    def _live(self) -> dict[str, AnyArray]:
+        """What a sample is a copy of, by the names of `Samples`."""
+        recorded = slice(room(self.truth.known.sizes, RECORDED))
+        live: dict[str, AnyArray] = {
+            "observed": self._sensor.block[recorded],
+            "joint_torque": self.torque,
+            "torque_limited": self.torque_limited,
+            "external_force": self.plant.external,
+        }
+        if self._instruments:
+            live["measured"] = self._instruments.block[recorded]
+        if self._actuators.drive:
+            live[COMMANDED] = self._actuators.drive.commanded
+        return live
 
     def _finish(self, samples: Samples, reason: str) -> Recording:
         steps = max(self._k - self._first, 0) * self._steps

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 
 from fuzz.code import short_run, try_controller, try_law
+from fuzz.found import try_found
 from fuzz.mutation import NUMBERS, mutated_bytes, mutated_text
 from fuzz.pages import try_page
 from fuzz.watch import Fault, command
@@ -158,6 +159,7 @@ KINDS: dict[str, Callable[[random.Random, Path], str]] = {
     "scenario": try_scenario,
     "override": try_override,
     "urdf": try_urdf,
+    "found": try_found,
     "recording": try_recording,
     "csv": try_csv,
     "mesh": try_mesh,

@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.model.shapes.mesh_file import Mesh, refused
+from softhand.model.shapes.mesh_file import Mesh, Triangles, refused
 from softhand.model.shapes.polyhedron import Polyhedron
+from softhand.model.shapes.surface import check_closed, size_of, welded
 from softhand.numerics.arrays import Array
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
-Triangles = NDArray[np.int64]
-
 MOST_FACES = 5000
 # shares of the size of the mesh: files hold numbers of six or seven digits
-_SAME_POINT = 1e-7
 _SAME_PLANE = 1e-6
 _CONVEX = 1e-5
 _FLAT = 1e-4
@@ -38,11 +36,11 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     """
     from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
 
-    vertices, triangles = _welded(mesh)
-    size = _size(vertices)
+    vertices, triangles = welded(mesh)
+    size = size_of(vertices)
     _check_thickness(vertices, size, mesh.name)
     if not take_hull:
-        _check_closed(triangles, mesh.name)
+        check_closed(triangles, mesh.name)
     try:
         hull = ConvexHull(vertices)
     except QhullError as error:
@@ -57,45 +55,12 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     return Polyhedron(rotation, centre, vertices[used], tuple(parts), planes[:, :3].copy())
 
 
-def _size(vertices: Array) -> float:
-    return float(np.linalg.norm(np.ptp(vertices, axis=0)))
-
-
-def _welded(mesh: Mesh) -> tuple[Array, Triangles]:
-    """Vertices at one place made one, and no triangles that have then fewer than three."""
-    grid = np.round((mesh.vertices - mesh.vertices.min(axis=0)) / (_SAME_POINT * _size(mesh.vertices)))
-    _, first, index = np.unique(grid, axis=0, return_index=True, return_inverse=True)
-    triangles = index.reshape(-1)[mesh.triangles]
-    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return mesh.vertices[first], triangles[distinct]
-
-
 def _check_thickness(vertices: Array, size: float, name: str) -> None:
     axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=False)[2]
     thickness = float(np.min(np.ptp(vertices @ axes.T, axis=0))) if len(axes) == 3 else 0.0
     if thickness < _FLAT * size:
         raise refused(
             name, f"is flat: {1e3 * size:.3g} mm large, {1e3 * thickness:.3g} mm thick", "export the surface of a solid"
-        )  # fmt: skip
-
-
-def _check_closed(triangles: Triangles, name: str) -> None:
-    """Each edge has one triangle on either side, which pass it in opposite directions."""
-    begins, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    base = int(triangles.max(initial=0)) + 1
-    edges = np.unique(begins * base + ends)
-    twice = begins.size - edges.size
-    if twice:
-        raise refused(
-            name, f"has {twice} edges along which triangles look to different sides, some of them inside out, or more "
-            "than two meet", "make its normals consistent, or set object.hull = true to take its convex hull",
-        )  # fmt: skip
-    begins, ends = np.divmod(edges, base)
-    loose = int(np.sum(~np.isin(ends * base + begins, edges)))
-    if loose:
-        raise refused(
-            name, f"is open: {loose} edges have a triangle on one side only",
-            "close its holes, or set object.hull = true to take its convex hull",
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""STL and OBJ files, read with all digits that they have."""
+"""Mesh files, read with all digits that they have: STL and OBJ, and the formats that have a file each."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand.errors import ModelError
 from softhand.files import read_regular
+from softhand.model.shapes.collada import read_collada
+from softhand.model.shapes.gltf import read_gltf
+from softhand.model.shapes.pieces import MOST_TRIANGLES, Triangles, check_count
+from softhand.model.shapes.ply import read_ply
 from softhand.numerics.arrays import Array
-
-Triangles = NDArray[np.int64]
-
-MOST_TRIANGLES = 200_000
-"""Of a file. The faces that are left of them are far fewer, and a hull of more would take a gigabyte."""
 
 _LONGEST = 100_000_000  # bytes
 _LARGEST = 10.0  # [m]
@@ -35,36 +33,46 @@ class Mesh:
     """Of the file, for messages."""
 
 
-def read_mesh(file: Path, scale: Array) -> Mesh:
-    """The triangles of an STL or OBJ file.
+FORMATS = (".stl", ".obj", ".dae", ".ply", ".glb", ".gltf")
+"""Suffixes of the formats that are read."""
+
+
+def read_mesh(file: Path, scale: Array, most: int = MOST_TRIANGLES) -> Mesh:
+    """The triangles of a mesh file, along its axes; the unit that a COLLADA file has is applied.
 
     Args:
-        file: of the mesh; its suffix tells the format.
+        file: of the mesh; its suffix tells the format, one of `FORMATS`.
         scale: along each axis, as in the URDF, shape (3,).
+        most: triangles that are read.
 
     Raises:
         ModelError: it cannot be read, has no triangles, numbers that are none, or a size that no object has.
     """
-    formats = {".stl": _read_stl, ".obj": _read_obj}
-    if file.suffix.lower() not in formats:
-        raise refused(file.name, f"has the format '{file.suffix}'", "convert it to .stl or .obj")
+    suffix, again = file.suffix.lower(), "export it again as STL or OBJ"
+    if suffix not in FORMATS:
+        raise refused(
+            file.name, f"has the format '{file.suffix}'",
+            f"convert it to one of {', '.join(FORMATS)}",
+        )  # fmt: skip
     try:
         data = read_regular(file, _LONGEST)
     except ValueError as error:
-        raise refused(file.name, str(error), "export it again as STL or OBJ") from error
+        raise refused(file.name, str(error), again) from error
     except OSError as error:
         raise refused(file.name, f"cannot be read: {error}", "make it readable") from error
     try:
-        vertices, triangles = formats[file.suffix.lower()](data)
+        with np.errstate(all="ignore"):  # what is no number is told below
+            vertices, triangles = _read(suffix, data, most, file.parent)
     except (ValueError, IndexError) as error:
-        raise refused(file.name, f"cannot be read: {error}", "simplify it, or export it again as STL or OBJ") from error
+        raise refused(file.name, f"cannot be read: {error}", f"simplify it, or {again}") from error
     if not len(triangles):
         raise refused(file.name, "has no triangles", "export the surface of a solid")
     used, index = np.unique(triangles, return_inverse=True)
-    vertices, triangles = vertices[used] * scale, index.reshape(-1, 3)
+    with np.errstate(all="ignore"):
+        vertices, triangles = vertices[used] * scale, index.reshape(-1, 3)
+        size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if not np.isfinite(vertices).all():
         raise refused(file.name, "has a vertex that is NaN or infinite", "export it again")
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if not 0.0 < size < _LARGEST:
         raise refused(
             file.name, f"is {size:.3g} m large",
@@ -73,19 +81,32 @@ def read_mesh(file: Path, scale: Array) -> Mesh:
     return Mesh(vertices, triangles[:, ::-1] if np.prod(scale) < 0.0 else triangles, file.name)
 
 
+def _read(suffix: str, data: bytes, most: int, folder: Path) -> tuple[Array, Triangles]:
+    match suffix:
+        case ".stl":
+            return _read_stl(data, most)
+        case ".obj":
+            return _read_obj(data, most)
+        case ".dae":
+            return read_collada(data, most)
+        case ".ply":
+            return read_ply(data, most)
+        case _:
+            return read_gltf(data, most, folder)
+
+
 def refused(name: str, what: str, remedy: str) -> ModelError:
     """The error for a mesh."""
     return ModelError(f"mesh {name} {what}; {remedy}.", file=name)
 
 
-def _read_stl(data: bytes) -> tuple[Array, Triangles]:
+def _read_stl(data: bytes, most: int) -> tuple[Array, Triangles]:
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
     if len(data) == _HEADER + _RECORD.itemsize * count:
-        _check_count(count)
-        with np.errstate(invalid="ignore"):  # NaN are refused below
-            corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
+        check_count(count, most)
+        corners = np.frombuffer(data, _RECORD, offset=_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
-        _check_count(data.count(b"vertex") // 3)
+        check_count(data.count(b"vertex") // 3, most)
         rows = (line.split() for line in data.split(b"\n"))
         corners = _points(row[1:] for row in rows if row[:1] == [b"vertex"])
     else:
@@ -98,9 +119,9 @@ def _read_stl(data: bytes) -> tuple[Array, Triangles]:
     return vertices, index.reshape(-1, 3)
 
 
-def _read_obj(data: bytes) -> tuple[Array, Triangles]:
-    _check_count(data.count(b"\nf"))
-    _check_count(data.count(b"\nv ") // 3, "vertices without triangles")
+def _read_obj(data: bytes, most: int) -> tuple[Array, Triangles]:
+    check_count(data.count(b"\nf"), most)
+    check_count(data.count(b"\nv ") // 3, most, "vertices without triangles")
     points: list[list[bytes]] = []
     triangles: list[tuple[int, int, int]] = []
     for number, line in enumerate(data.replace(b"\\\n", b" ").split(b"\n"), start=1):
@@ -117,7 +138,7 @@ def _read_obj(data: bytes) -> tuple[Array, Triangles]:
                     f"line {number} has a face with fewer than three vertices or with one that is not there"
                 )
             triangles += [(places[0], places[k], places[k + 1]) for k in range(1, len(places) - 1)]
-            _check_count(len(triangles))
+            check_count(len(triangles), most)
     return _points(points), np.array(triangles, dtype=np.int64).reshape(-1, 3)
 
 
@@ -131,8 +152,3 @@ def _points(rows: Iterable[list[bytes]]) -> Array:
             yield from map(float, row)
 
     return np.fromiter(numbers(), dtype=float).reshape(-1, 3)
-
-
-def _check_count(count: int, of: str = "triangles") -> None:
-    if count > MOST_TRIANGLES:
-        raise ValueError(f"it has {count} {of}, at most {MOST_TRIANGLES} are read")

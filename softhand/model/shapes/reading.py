@@ -91,7 +91,9 @@ def _of_mesh(file: Path, scale: Array, rotation: Array, centre: Array, hull: boo
 
 
 def _digest(file: Path) -> bytes | None:
-    """Of what is in a file; None if it cannot be read, which is told where its mesh is read."""
+    """Of what is in a file; None if more than that counts, or if it cannot be read, which is told elsewhere."""
+    if file.suffix.lower() == ".gltf":  # its buffers may lie beside it
+        return None
     try:
         return sha256(file.read_bytes()).digest()
     except OSError:

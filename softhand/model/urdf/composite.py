@@ -15,6 +15,8 @@ from softhand.numerics.spatial import rotation_of
 
 _SMALLEST = 1e-18  # [kg m^2], a millimetre and a microgram
 _SINGULAR = 1e-12  # of the largest moment
+_THIN = 1e-3  # of the largest eigenvalue of the integral of x x^T: a body 3 % as thick as it is long
+_SHORT = 1e-3  # [m] radius of gyration of the smallest body along an axis
 
 
 class Part(NamedTuple):
@@ -86,6 +88,24 @@ def has_negative(principal: Array) -> bool:
 def breaks_triangle(principal: Array, rounding: float) -> bool:
     """Whether one of the principal moments, the least first, exceeds the others together by more than a share of it."""
     return bool(principal[2] - principal[0] - principal[1] > rounding * principal[2])
+
+
+def balanced(inertia: Array, mass: float) -> Array:
+    """The nearest inertia that a body of some thickness can have [kg m^2], shape (3, 3).
+
+    An inertia I is that of a body if S = tr(I) / 2 - I, the integral of x x^T over its mass, is positive definite: that
+    is the triangle inequality of all three moments, and with it they are > 0. The eigenvalues of S that are below 1e-3
+    of its largest one, or below that of a body of 1 mm, are raised to it, which is the nearest such S in the Frobenius
+    norm; the axes stay.
+
+    Args:
+        inertia: about the centre of mass [kg m^2], shape (3, 3).
+        mass: [kg].
+    """
+    values, axes = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+    spread = (axes * np.maximum(values, max(_THIN * float(values[2]), mass * _SHORT**2))) @ axes.T
+    spread = 0.5 * (spread + spread.T)
+    return np.asarray(np.trace(spread) * np.eye(3) - spread)
 
 
 def _zero(principal: Array) -> float:

@@ -23,11 +23,13 @@ class Element(ElementTree.Element):
     Attributes:
         line: of its start tag, from 1.
         place: what it is and of what, such as `<mass> of link 'palm'`.
+        start: where its start tag begins in the text, in bytes of UTF-8.
         end: where its end tag begins in the text, in bytes of UTF-8.
     """
 
     line: int
     place: str
+    start: int
     end: int
 
 
@@ -75,7 +77,7 @@ def read_document(text: str, file: Any) -> Element:
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes)
-        element.line = parser.CurrentLineNumber
+        element.line, element.start = parser.CurrentLineNumber, parser.CurrentByteIndex
         element.place = _place(element, stack)
         if len(stack) >= _DEEPEST:
             raise refuse(element.line, f"<{tag}> is nested {_DEEPEST} elements deep; a URDF needs 6")
@@ -106,9 +108,15 @@ def read_document(text: str, file: Any) -> Element:
 def extended(root: Element, parts: Iterable[Element], longer: int) -> Element:
     """The root element with further elements at its end, by which the text is so many bytes longer."""
     other = Element(root.tag, root.attrib)
-    other.line, other.place, other.end = root.line, root.place, root.end + longer
+    other.line, other.place, other.start, other.end = root.line, root.place, root.start, root.end + longer
     other.extend([*root, *parts])
     return other
+
+
+def owner_of(element: Element) -> str:
+    """The name of the link or joint that an element is of."""
+    _, quote, name = element.place.partition("'")
+    return name[:-1] if quote else element.place
 
 
 def _place(element: Element, stack: list[Element]) -> str:

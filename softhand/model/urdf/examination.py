@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softhand.errors import ModelError
-from softhand.model.urdf.bodies import check_bodies
+from softhand.model.urdf.bodies import NO_MASS, check_bodies
 from softhand.model.urdf.document import Element, read_document
 from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import check_grammar
+from softhand.model.urdf.inertias import IMPOSSIBLE
 from softhand.model.urdf.joints import check_angles, check_joints, check_types
+from softhand.model.urdf.repair import balance, edited, weigh
 from softhand.model.urdf.shapes import check_shapes
 from softhand.model.urdf.tree import MOVING, Tree, read_tree
 
@@ -23,11 +25,15 @@ class Role:
         is_object: one rigid body that moves freely, or a hand fixed at its root; None to tell it by its joints.
         effort_counts: whether torques are limited by its efforts.
         shape_counts: whether the collision shape of an object is touched; that of a hand never is.
+        repair: `balance` to put the nearest possible inertia in the place of one that no body has; "" to refuse it.
+        density: of what moves without a mass, to take mass and inertia from its shapes [kg/m^3]; None to refuse it.
     """
 
     is_object: bool | None = None
     effort_counts: bool = True
     shape_counts: bool = True
+    repair: str = ""
+    density: float | None = None
 
 
 EITHER, HAND, OBJECT = Role(), Role(is_object=False), Role(is_object=True)
@@ -68,6 +74,29 @@ def examine(text: str, file: Path, role: Role = EITHER, folder: Path | None = No
     Raises:
         ModelError: it is no XML or no URDF. All else is among the findings.
     """
+    found = _examine(text, file, role, folder)
+    return _mended(found, role) if role.repair or role.density is not None else found
+
+
+def _mended(found: Examination, role: Role) -> Examination:
+    """With the inertias that are asked for in its text, and a warning for each."""
+    others = [finding for finding in found.findings if finding.kind not in (IMPOSSIBLE, NO_MASS)]
+    if found.tree is None or any(finding.is_error for finding in others):
+        found.findings[:] = others  # what these would tell is mended as soon as the others are
+        return found
+    notes, failed = Findings(found.file), set[str]()
+    edits = balance(found.text, found.tree, found.is_object, notes) if role.repair else []
+    if role.density is not None:
+        more, failed = weigh(found.text, found.tree, found.is_object, found.folder, role.density, notes)
+        edits += more
+    if edits:
+        found = _examine(edited(found.text, edits), found.file, role, found.folder)
+    told = [one for one in found.findings if not (one.kind == NO_MASS and one.place in failed)]
+    found.findings[:] = [*told, *notes]
+    return found
+
+
+def _examine(text: str, file: Path, role: Role, folder: Path | None) -> Examination:
     root = read_document(text, file)
     if root.tag != "robot":
         message = f"{file}, line {root.line}: the root element is <{root.tag}>; a URDF starts with <robot>."

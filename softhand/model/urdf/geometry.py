@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 from xml.etree import ElementTree
 
@@ -49,18 +51,32 @@ def read_geometries(root: Element, folder: Path | None, purpose: Purpose) -> lis
     """
     materials = [*root.findall("material"), *root.findall("link/visual/material")]  # one elsewhere is not checked
     colours = {material.get("name"): _rgb(material) for material in materials if len(material)}
-    found = []
-    for link in root.iterfind("link"):
-        for element in link.iterfind(purpose):
-            shape, material = element.find("geometry/*"), element.find("material")
-            if shape is None:
-                continue
-            colour = None if material is None else _rgb(material) or colours.get(material.get("name"))
-            name = shape.get("filename", "").strip()
-            size = np.concatenate([_numbers(shape, word) for word in _SIZES.get(shape.tag, ())] or [_scale(shape)])
-            file = find_mesh(name, folder) if name else None
-            found.append(Geometry(link.get("name", ""), shape.tag, size, *_place(element), name, file, colour))
-    return found
+    return [shape for link in root.iterfind("link") for shape in geometries_of(link, folder, purpose, colours)]
+
+
+def geometries_of(
+    link: ElementTree.Element,
+    folder: Path | None,
+    purpose: Purpose,
+    colours: Mapping[str | None, tuple[float, float, float] | None] = MappingProxyType({}),
+) -> Iterator[Geometry]:
+    """The shapes of one link.
+
+    Args:
+        link: its element.
+        folder: from which its meshes are looked for.
+        purpose: which shapes.
+        colours: of materials, by name.
+    """
+    for element in link.iterfind(purpose):
+        shape, material = element.find("geometry/*"), element.find("material")
+        if shape is None:
+            continue
+        colour = None if material is None else _rgb(material) or colours.get(material.get("name"))
+        name = shape.get("filename", "").strip()
+        size = np.concatenate([_numbers(shape, word) for word in _SIZES.get(shape.tag, ())] or [_scale(shape)])
+        file = find_mesh(name, folder) if name else None
+        yield Geometry(link.get("name", ""), shape.tag, size, *_place(element), name, file, colour)
 
 
 def _place(element: ElementTree.Element) -> tuple[Array, Array]:

@@ -17,6 +17,9 @@ from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import MIRRORED, numbers_of
 from softhand.numerics.arrays import Array
 
+IMPOSSIBLE = "impossible inertia"
+"""Kind of the error of an inertia that no body has."""
+
 _ROUNDING = 0.01  # of the largest moment: a plate on the edge of the inequality may be rounded so far across
 _MIRROR = 1e-6  # of the largest moment, by which products that are there twice may be rounded apart
 _GYRATION = (1e-4, 1.0)  # [m] radius of gyration of a link of a hand
@@ -38,7 +41,7 @@ def check_mirrored(element: Element, largest: float, findings: Findings) -> None
             findings.error(element, f"{told}, but an inertia is symmetric; remove {name}.", element.get(name, ""))
 
 
-def check_inertias(parts: list[Part], moves: bool, findings: Findings) -> None:
+def check_inertias(parts: list[Part], moves: bool, section: str, findings: Findings) -> None:
     """Links that no body can be: an error, but a warning where all that is fixed together can be one, or rests.
 
     Only the sum over the links of a rigid body is in the equations of motion.
@@ -46,9 +49,10 @@ def check_inertias(parts: list[Part], moves: bool, findings: Findings) -> None:
     Args:
         parts: the links of a rigid body that have a mass.
         moves: whether the body does.
+        section: of a scenario that has the remedy.
         findings: added to.
     """
-    whole = [part for part in parts if not has_negative(moments_of(part.inertia))]
+    wrong = {part.name for part in impossible(parts)} if moves else set()
     for part in parts:
         principal, shown = moments_of(part.inertia), _shown(part.element)
         others = ", ".join(other.name for other in parts if other is not part)
@@ -56,13 +60,22 @@ def check_inertias(parts: list[Part], moves: bool, findings: Findings) -> None:
             _check_gyration(part, principal, shown, findings)
         elif not moves:
             rests = "the link does not move, and they do not count."
-            findings.warn(part.element, f"{_fault(principal, shown)}; {rests}", shown)
-        elif not has_negative(principal) and _is_possible(moments_of(inertia_of(whole))):
+            findings.warn(part.element, f"{_fault(principal, shown)}; {rests}", shown, "rests")
+        elif part.name not in wrong:
             what = _fault(principal, shown) if is_positive(principal) else _point(principal, shown)
             why = f"with what is fixed to it ({others}) a body can have them, and that moves."
-            findings.warn(part.element, f"{what}; {why}", shown)
+            findings.warn(part.element, f"{what}; {why}", shown, "with others")
         else:
-            findings.error(part.element, f"{_fault(principal, shown)}; {_HINT}.", shown)
+            remedy = f'{_HINT}, or set {section}.repair = "balance" to take the nearest inertia that a body can have'
+            findings.error(part.element, f"{_fault(principal, shown)}; {remedy}.", shown, IMPOSSIBLE)
+
+
+def impossible(parts: list[Part]) -> list[Part]:
+    """The links of a rigid body for which it can be none: not those that with all others make a possible one."""
+    whole = [part for part in parts if not has_negative(moments_of(part.inertia))]
+    is_sound = bool(whole) and _is_possible(moments_of(inertia_of(whole)))
+    principals = [(part, moments_of(part.inertia)) for part in parts]
+    return [part for part, p in principals if not _is_possible(p) and (has_negative(p) or not is_sound)]
 
 
 def _is_possible(principal: Array) -> bool:
@@ -77,6 +90,7 @@ def _check_gyration(part: Part, principal: Array, shown: str, findings: Findings
             f"with the mass of {part.mass:g} kg the radius of gyration is {1e3 * gyration:.3g} mm; "
             "is the inertia in kg m^2?",
             shown,
+            "gyration",
         )
 
 

@@ -11,6 +11,9 @@ from softhand.model.urdf.grammar import numbers_of
 from softhand.model.urdf.mimics import check_mimics
 from softhand.model.urdf.tree import MOVING, Joint, Tree
 
+NO_EFFORT = "no effort"
+"""Kind of the error of a joint on which no torque can act."""
+
 _TYPES = (*MOVING, "fixed")
 _ROUNDING = 1e-3  # of an axis of a few digits
 _FAR = 1.0  # [m] between two joints of a hand
@@ -64,6 +67,7 @@ def _check_distance(origin: ElementTree.Element | None, findings: Findings) -> N
             origin,
             f'xyz="{origin.get("xyz")}" is {math.hypot(*xyz):.3g} m long; is it in millimetres? URDF has metres.',
             origin.get("xyz", ""),
+            "far",
         )
 
 
@@ -76,7 +80,9 @@ def check_angles(root: Element, findings: Findings) -> None:
 def _check_angles(origin: ElementTree.Element | None, findings: Findings) -> None:
     rpy = numbers_of(origin, "rpy", "0 0 0")
     if isinstance(origin, Element) and rpy and max(map(abs, rpy)) > 2.0 * math.pi + 1e-3:
-        findings.warn(origin, f'rpy="{origin.get("rpy")}" is more than a turn; is it in degrees? URDF has radians.')
+        findings.warn(
+            origin, f'rpy="{origin.get("rpy")}" is more than a turn; is it in degrees? URDF has radians.', "", "degrees"
+        )
 
 
 def _check_axis(joint: Joint, findings: Findings) -> None:
@@ -111,9 +117,10 @@ def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
             f'effort="{limit.get("effort")}": no {what} can act on the joint; write the largest {what} [{unit}], '
             'such as effort="2.0", or set hand.effort_limit.',
             "0",
+            NO_EFFORT,
         )
     if velocity == [0.0]:
-        findings.warn(limit, 'velocity="0": the joint could not move; softhand does not use it.', "0")
+        findings.warn(limit, 'velocity="0": the joint could not move; softhand does not use it.', "0", "no velocity")
     if joint.kind == "continuous":
         return
     for name in ("lower", "upper"):
@@ -128,9 +135,9 @@ def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
     elif lower[0] == upper[0]:
         findings.error(limit, f'{shown}: the joint cannot move; write its range or type="fixed".', shown)
     elif joint.kind == "revolute" and max(abs(lower[0]), abs(upper[0])) > 4.0 * math.pi:
-        findings.warn(limit, f"{shown} is more than two turns; is it in degrees? URDF has radians.", shown)
+        findings.warn(limit, f"{shown} is more than two turns; is it in degrees? URDF has radians.", shown, "degrees")
     elif joint.kind == "prismatic" and max(abs(lower[0]), abs(upper[0])) > _FAR:
-        findings.warn(limit, f"{shown} is more than {_FAR:g} m; is it in millimetres? URDF has metres.", shown)
+        findings.warn(limit, f"{shown} is more than {_FAR:g} m; is it in millimetres? URDF has metres.", shown, "far")
 
 
 def _check_dynamics(elements: list[ElementTree.Element | None], findings: Findings) -> None:

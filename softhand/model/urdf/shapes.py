@@ -7,7 +7,7 @@ from pathlib import Path
 from softhand.model.urdf.document import Element
 from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import numbers_of
-from softhand.model.urdf.meshes import find_mesh
+from softhand.model.urdf.meshes import find_mesh, where_searched
 
 _LARGE = 1.0  # [m] for a part of a hand or an object in it
 _SIZES = {
@@ -43,7 +43,10 @@ def _check_size(shape: Element, findings: Findings) -> None:
         if values and max(values) > _LARGE:
             text = shape.get(name, "")
             findings.warn(
-                shape, f'{name}="{text}" is more than {_LARGE:g} m; is it in millimetres? URDF has metres.', text
+                shape,
+                f'{name}="{text}" is more than {_LARGE:g} m; is it in millimetres? URDF has metres.',
+                text,
+                "large",
             )
 
 
@@ -55,9 +58,4 @@ def _check_mesh(mesh: Element, folder: Path | None, is_needed: bool, findings: F
     if folder is None or not name or find_mesh(name, folder) is not None:
         return
     tell = findings.error if is_needed else findings.warn
-    tell(
-        mesh,
-        f'filename="{name}": there is no such file; a path is relative to {folder}, and package://NAME/... is looked '
-        "for in the folders above it.",
-        name,
-    )
+    tell(mesh, f'filename="{name}": there is no such file; {where_searched(name, folder)}.', name, "missing mesh")

@@ -131,21 +131,34 @@ class Urdf:
 
 
 _KEPT = 32
-_kept: OrderedDict[tuple[str, Path, Role], tuple[Urdf, tuple[tuple[str, Path | None], ...]]] = OrderedDict()
+_Meshes = tuple[tuple[str, Path | None, tuple[int, ...]], ...]
+_kept: OrderedDict[tuple[str, Path, Role], tuple[Urdf, _Meshes]] = OrderedDict()
 
 
 def kept_urdf(text: str, file: Path, role: Role) -> Urdf:
     """The text of a file, checked now or before; what is kept is never changed, and shared by all who ask."""
-    key = text, file, role
+    key, folder = (text, file, role), file.parent
     known = _kept.get(key)
-    if known is not None and all(find_mesh(name, file.parent) == found for name, found in known[1]):
+    if known is not None and all(_mesh(name, folder, role) == (found, written) for name, found, written in known[1]):
         return known[0]
-    urdf = Urdf.parse(text, file, role, file.parent)
+    urdf = Urdf.parse(text, file, role, folder)
     names = {element.get("filename", "").strip() for element in urdf.root.iter("mesh")}
-    _kept[key] = urdf, tuple((name, find_mesh(name, file.parent)) for name in names if name)
+    _kept[key] = urdf, tuple((name, *_mesh(name, folder, role)) for name in names if name)
     while len(_kept) > _KEPT:
         _kept.popitem(last=False)
     return urdf
+
+
+def _mesh(name: str, folder: Path, role: Role) -> tuple[Path | None, tuple[int, ...]]:
+    """A mesh, and when it was written if masses are made from it."""
+    found = find_mesh(name, folder)
+    if found is None or role.density is None:
+        return found, ()
+    try:
+        status = found.stat()
+    except OSError:
+        return found, ()
+    return found, (status.st_mtime_ns, status.st_size)
 
 
 def _read(added: str, file: Path, line: int) -> list[Element]:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import coal
 import numpy as np
 
+from softhand.errors import ModelError
+from softhand.model.shapes.mesh_file import read_mesh
 from softhand.model.urdf.geometry import Geometry, Purpose
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
@@ -16,6 +18,8 @@ from softhand.viewer.scene.shapes.mesh import Mesh
 from softhand.viewer.scene.shapes.solids import box, capsule, cylinder, sphere
 
 _LONGEST = 100_000_000  # bytes of a mesh that is drawn
+_MOST_TRIANGLES = 1_000_000
+_OWN = (".dae", ".ply", ".glb", ".gltf")  # as contacts have them: coal leaves out units, or cannot read them
 
 
 class Visual(NamedTuple):
@@ -55,6 +59,12 @@ def _mesh_of(shape: Geometry) -> Mesh | None:
 def _read_mesh(shape: Geometry) -> Mesh | None:
     if shape.file is None:
         return None
+    if shape.file.suffix.lower() in _OWN:
+        try:
+            read = read_mesh(shape.file, shape.size, _MOST_TRIANGLES)
+        except ModelError:
+            return None
+        return Mesh(read.vertices, read.triangles.astype(np.int32))
     try:
         if not 0 < shape.file.stat().st_size <= _LONGEST:
             return None

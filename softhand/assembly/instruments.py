@@ -1,0 +1,88 @@
+"""The instruments and drives of a scenario, for its hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from softhand.errors import ScenarioError
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+from softhand.scenario.instruments import InstrumentSection, periods_of, stride_of
+from softhand.scenario.scenario import Scenario
+from softhand.sensing.quantities import QUANTITIES, Channel, Sensing, components
+from softhand.settings.wording import show
+from softhand.simulation.actuation import Actuation, lag_shares
+
+Numbers = float | Sequence[float]
+
+
+def read_sensing(scenario: Scenario, world: World) -> Sensing | None:
+    """The instruments of a scenario; None where all is exact.
+
+    Raises:
+        ScenarioError: a list has another length than its quantity has components.
+    """
+    section = scenario.sensing
+    if section is None or not section.instruments:
+        return None
+    sizes, period = components(world.n_joints, world.n_tips), scenario.control_period
+    channels = {name: _channel(name, one, sizes[name], world, period) for name, one in section.instruments.items()}
+    return Sensing(channels, section.seed)
+
+
+def read_actuation(scenario: Scenario, world: World) -> Actuation | None:
+    """The drives of a scenario; None where the joints have the command at once.
+
+    Raises:
+        ScenarioError: a list has another length than there are joints.
+    """
+    section, period, n = scenario.actuation, scenario.control_period, world.n_joints
+    if section is None:
+        return None
+    rate = math.inf if section.rate_limit is None else section.rate_limit
+    lag, noise, most = (
+        _one_each(f"actuation.{key}", value, n, f"{n} joints")
+        for key, value in (("lag", section.lag), ("noise", section.noise), ("rate_limit", rate))
+    )
+    return Actuation(periods_of(section.delay, period), most * period, *lag_shares(lag, period), noise, section.seed)
+
+
+def left_out(scenario: Scenario) -> list[str]:
+    """Keys of what a loop of ideal instruments and drives leaves out, but noise, which has no dynamics, and bias."""
+    found = []
+    for name, one in (scenario.sensing.instruments if scenario.sensing is not None else {}).items():
+        given = one.model_dump(exclude_none=True)
+        found += [f"sensing.{name}.{key}" for key, value in given.items() if key not in ("bias", "noise") and value]
+    if scenario.actuation is not None:
+        given = scenario.actuation.model_dump(exclude_none=True, exclude={"seed", "noise"})
+        found += [f"actuation.{key}" for key, value in given.items() if np.any(value)]
+    return found
+
+
+def _channel(name: str, one: InstrumentSection, size: int, world: World, period: float) -> Channel:
+    noise, bias = (
+        _components(f"sensing.{name}.{key}", value, size, QUANTITIES[name].each, world)
+        for key, value in (("noise", one.noise), ("bias", one.bias))
+    )
+    share = 1.0 if one.filter is None else -math.expm1(-2.0 * math.pi * one.filter * period)
+    delay, stride = periods_of(one.delay, period), stride_of(one.rate, period)
+    return Channel(noise, bias, one.quantisation, delay, stride, share)
+
+
+def _components(key: str, value: Any, size: int, each: str, world: World) -> Array:
+    if each == "tip axis" and isinstance(value, Sequence) and len(value) == 3:
+        return np.tile(np.asarray(value, dtype=float), world.n_tips)
+    counted = {"joint": f"{size} joints", "axis": "3 axes", "tip": f"{size} fingertips"}
+    return _one_each(key, value, size, counted.get(each, f"{world.n_tips} fingertips with 3 axes each"), each)
+
+
+def _one_each(key: str, value: Numbers, size: int, why: str, each: str = "") -> Array:
+    if isinstance(value, Sequence) and len(value) != size:
+        lengths = f"one number, 3 or {size}" if each == "tip axis" else f"one number, or {size}"
+        message = f"{key}: got {show(value)} of length {len(value)}, but {why} need {lengths}."
+        raise ScenarioError(message, key=key, value=value)
+    return np.array(np.broadcast_to(np.asarray(value, dtype=float), (size,)))

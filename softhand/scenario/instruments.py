@@ -1,0 +1,182 @@
+"""Sections of a scenario between the grasp and the controller: sensing and actuation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import Field, field_validator
+
+from softhand.errors import ScenarioError
+from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
+from softhand.settings.settings import Gain, NonNegative, Positive, Settings
+
+Offset: TypeAlias = float | Annotated[tuple[float, ...], Field(min_length=1)]
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=10**9)]
+
+_MOST_PERIODS = 10_000
+_COARSEST = 1.0  # of what turns
+
+
+class InstrumentSection(Settings):
+    """One instrument, in the unit of what it measures; what is not given is ideal."""
+
+    noise: Gain = 0.0
+    """Standard deviation of a sample, one number for all components or one for each."""
+    bias: Offset = 0.0
+    """What is added to all samples, likewise."""
+    quantisation: NonNegative = 0.0
+    """Samples are rounded to whole multiples of it; 0 for none."""
+    delay: NonNegative = 0.0
+    """Time until a sample arrives, a whole number of control periods [s]."""
+    rate: Positive | None = None
+    """Samples a second, held in between; each control period if not given [Hz]."""
+    filter: Positive | None = None
+    """Cut-off frequency of a low-pass filter of first order behind all that; none if not given [Hz]."""
+
+
+class SensingSection(Settings):
+    """The instruments through which a controller sees the grasp; what has none is exact and at once."""
+
+    seed: Seed = 0
+    """Of the noise; the same seed gives the same noise, under any controller."""
+    joint_position: InstrumentSection | None = None
+    """Positions of the joints [rad or m], one component a joint."""
+    joint_velocity: InstrumentSection | None = None
+    """Velocities of the joints [rad/s or m/s], one component a joint."""
+    object_position: InstrumentSection | None = None
+    """Origin of the object frame [m], world axes."""
+    object_orientation: InstrumentSection | None = None
+    """Orientation of the object; its errors are rotation vectors in world axes [rad]."""
+    object_velocity: InstrumentSection | None = None
+    """Velocity of the origin of the object frame [m/s], world axes."""
+    object_angular_velocity: InstrumentSection | None = None
+    """Angular velocity of the object [rad/s], world axes."""
+    contact_force: InstrumentSection | None = None
+    """Force of each tip on the object [N], axes of the tip; 3 components for all tips, or 3 for each."""
+    contact_torsion: InstrumentSection | None = None
+    """Torsion moment of each tip on the object [N m], one component a tip."""
+    contact_normal: InstrumentSection | None = None
+    """Where each tip is touched, as its normal there; its errors are rotation vectors in axes of the tip [rad]; 3
+    components for all tips, or 3 for each."""
+    contact_compression: InstrumentSection | None = None
+    """Compression dr of each tip [m], one component a tip."""
+
+    @field_validator("object_orientation", "contact_normal")
+    @classmethod
+    def _rounds_a_turn(cls, section: InstrumentSection | None) -> InstrumentSection | None:
+        if section is not None and section.quantisation > _COARSEST:
+            raise ValueError(f"quantisation is {section.quantisation:g} rad, but it must be at most {_COARSEST:g}.")
+        return section
+
+    @property
+    def instruments(self) -> dict[str, InstrumentSection]:
+        """Those that are given, by quantity."""
+        every = ((name, getattr(self, name)) for name in type(self).model_fields)
+        return {name: one for name, one in every if isinstance(one, InstrumentSection)}
+
+
+class ActuationSection(Settings):
+    """What becomes of a commanded torque: delay, effort limit, rate limit, lag, noise, in this order."""
+
+    delay: NonNegative = 0.0
+    """Time until a command arrives, a whole number of control periods [s]."""
+    rate_limit: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
+    """Largest rate of the torque, one number for all joints or one for each; none if not given [N m/s or N/s]."""
+    lag: Gain = 0.0
+    """Time constant of a first-order lag, likewise; 0 for none [s]."""
+    noise: Gain = 0.0
+    """Standard deviation of the torque of a control period, likewise [N m or N]."""
+    seed: Seed = 0
+    """Of the noise."""
+
+
+def check_loop(sensing: SensingSection | None, actuation: ActuationSection | None, period: float) -> None:
+    """Delays, rates and filters that the control period can have.
+
+    Args:
+        sensing: the instruments.
+        actuation: the drives.
+        period: control period [s].
+
+    Raises:
+        ScenarioError: a delay is no whole number of periods, samples come faster than the loop asks or not in its
+            beat, or a filter is beyond the Nyquist frequency; names what is near and good.
+    """
+    if actuation is not None:
+        _check_delay("actuation.delay", actuation.delay, period)
+    for name, one in (sensing.instruments if sensing is not None else {}).items():
+        path = f"sensing.{name}"
+        _check_delay(f"{path}.delay", one.delay, period)
+        if one.rate is not None:
+            _check_rate(f"{path}.rate", one.rate, period)
+        nyquist = 0.5 / period
+        if one.filter is not None and one.filter >= nyquist:
+            raise _wrong(
+                f"{path}.filter", one.filter, f"got {one.filter:.12g} Hz, but a control period of {period:.12g} s has "
+                f"no frequencies above {nyquist:.12g} Hz; give a lower one, or leave it out.",
+            )  # fmt: skip
+
+
+def check_variables(
+    key: str, names: Iterable[str], sensing: SensingSection | None, actuation: ActuationSection | None
+) -> None:
+    """Variables that a run will have.
+
+    Raises:
+        ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives.
+    """
+    is_measured = sensing is not None and bool(sensing.instruments)
+    for name in names:
+        if name.startswith(MEASURED_PREFIX) and not is_measured:
+            needed, example = "[sensing]", "sensing.joint_position.noise"
+        elif name == COMMANDED and actuation is None:
+            needed, example = "[actuation]", "actuation.delay"
+        else:
+            continue
+        message = f"{key}: {name!r} is there under {needed} alone; give that, such as {example}, or leave the name out."
+        raise ScenarioError(message, key=key, value=name)
+
+
+def periods_of(delay: float, period: float) -> int:
+    """Whole number of control periods in a delay [s]."""
+    return round(delay / period)
+
+
+def stride_of(rate: float | None, period: float) -> int:
+    """Control periods between two samples."""
+    return 1 if rate is None else round(1.0 / (rate * period))
+
+
+def _check_delay(key: str, delay: float, period: float) -> None:
+    periods = delay / period
+    if periods > _MOST_PERIODS:
+        raise _wrong(key, delay, f"got {delay:.12g} s, but it may be at most {_MOST_PERIODS * period:.12g} s, "
+                                 f"{_MOST_PERIODS} control periods; give less.")  # fmt: skip
+    if abs(periods - round(periods)) > 1e-9 * max(1.0, periods):
+        near = round(periods) * period
+        raise _wrong(
+            key, delay, f"got {delay:.12g} s, but it must be a whole number of control periods of {period:.12g} s; the "
+            f"nearest good value is {near:.12g}.", near,
+        )  # fmt: skip
+
+
+def _check_rate(key: str, rate: float, period: float) -> None:
+    ratio = 1.0 / (rate * period)
+    if ratio < 1.0 - 1e-9:
+        raise _wrong(
+            key, rate, f"got {rate:.12g} Hz, but the controller asks {1.0 / period:.12g} times a second; give at most "
+            "that, or leave it out.", 1.0 / period,
+        )  # fmt: skip
+    if abs(ratio - round(ratio)) > 1e-6 * ratio:
+        goods = [1.0 / (count * period) for count in (math.floor(ratio), math.ceil(ratio))]
+        near = min(goods, key=lambda good: abs(good - rate))
+        raise _wrong(
+            key, rate, f"got {rate:.12g} Hz, but a whole number of control periods of {period:.12g} s must lie between "
+            f"two samples; the nearest good value is {near:.12g}.", near,
+        )  # fmt: skip
+
+
+def _wrong(key: str, value: float, why: str, near: Any = None) -> ScenarioError:
+    return ScenarioError(f"{key}: {why}", key=key, value=value, nearest=near)

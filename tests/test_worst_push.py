@@ -1,0 +1,154 @@
+"""The worst push: closed form, symmetry, brute force over directions, and random pushes inside and outside."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import run_command
+from hands import Array
+from numpy.testing import assert_allclose
+
+import softhand
+from softhand.holding.held import held_there, look
+from softhand.holding.response import linear_reach, response
+from softhand.holding.worst_push import WorstPush, pushes, worst_push
+
+DAMPED = {"name": "kelvin-voigt", "radial": 1.0, "tangential": 1.0, "torsional": 1e-4}
+
+
+def damped(name: str = "target-a", **values: Any) -> softhand.Scenario:
+    """A scenario of damped tips that can slip."""
+    return softhand.load_scenario(name).replace({"fingertip.contact": "coulomb", "fingertip.damping": DAMPED, **values})
+
+
+@cache
+def worst(name: str = "target-a", kind: Any = "force", profile: Any = "ramp") -> WorstPush:
+    return worst_push(damped(name), kind, profile)
+
+
+def ways(count: int, seed: int = 0) -> Array:
+    rows = np.random.default_rng(seed).normal(size=(count, 3))
+    found: Array = rows / np.linalg.norm(rows, axis=1)[:, None]
+    return found
+
+
+# ------------------------------------------------------------------------------------------------- linear answer
+
+
+def test_the_answer_balances_the_push() -> None:
+    """Of a stiff gripper G R = -1 along its slides, but for what the object moves."""
+    start = look(softhand.load_scenario("gripper"))
+    held, (force, torsion) = held_there(start), response(start)
+    assert_allclose((held.force_map @ force + held.torsion_map @ torsion)[[0, 2], [0, 2]], [-1.0, -1.0], atol=0.01)
+
+
+def test_along_the_line_of_two_tips_the_linear_bound_is_closed_form() -> None:
+    """A push of F against the weight's direction is shared by halves: (m g + F) / 2 = mu f_z of a pinch."""
+    start = look(softhand.load_scenario("pinch"))
+    held = held_there(start)
+    bound = linear_reach(held, response(start), np.array([[0.0, 0.0, -1.0, 0.0, 0.0, 0.0]]))
+    pressing = held.force[2]
+    assert_allclose(bound[0], 2.0 * 0.5 * pressing - held.mass * 9.81, rtol=2e-2)
+
+
+# ------------------------------------------------------------------------------------------------- in simulation
+
+
+def test_a_push_of_the_table_is_survived_and_a_larger_one_is_not() -> None:
+    """Each of ten directions again: its size holds, 1.2 times it is lost."""
+    found = worst()
+    some = np.linspace(0, len(found.sizes) - 1, 10).astype(int)
+    scenario = damped()
+    assert not np.any(pushes(scenario, found.directions[some], found.sizes[some]))
+    assert np.mean(pushes(scenario, found.directions[some], 1.2 * found.sizes[some])) >= 0.9
+
+
+def test_the_worst_is_near_the_linear_bound_and_not_above_what_was_tried() -> None:
+    """At this grasp within a quarter; the worst is the least of all."""
+    found = worst()
+    assert found.worst == np.min(found.sizes)
+    assert 0.75 * np.min(found.linear) < found.worst < 1.1 * np.min(found.linear)
+
+
+def test_a_mirrored_grasp_has_mirrored_pushes() -> None:
+    """The pinch is its own mirror in x: pushes along +x and -x, and about the weight, are survived alike."""
+    found = worst("pinch")
+    for way, size in zip(found.directions[:12], found.sizes[:12], strict=True):
+        mirror = np.argmin(np.linalg.norm(found.directions - way * [-1.0, 1.0, 1.0], axis=1))
+        assert_allclose(found.sizes[mirror], size, rtol=0.2)
+
+
+def test_a_step_is_worse_than_a_ramp() -> None:
+    """The object overshoots."""
+    assert worst(profile="step").worst < 0.9 * worst().worst
+
+
+def test_mass_and_friction() -> None:
+    """The least friction is mu times the use of the start; a mass beyond the range is lost by a push of its weight."""
+    found, scenario = worst(), damped()
+    use = held_there(look(scenario)).limit_use.max()
+    assert_allclose(found.friction[0], [0.5 * use, 0.5], rtol=1e-9)
+    down = np.array([[0.0, 0.0, -1.0]])
+    extra = 9.81 * (found.mass[1] - found.mass_known)
+    assert not np.any(pushes(scenario, down, np.array([extra])))
+    assert np.all(pushes(scenario, down, np.array([1.25 * extra])))
+    assert found.mass[0] < 0.2 < found.mass[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["force", "moment"])
+def test_inside_none_is_lost_and_outside_some_are(kind: Any) -> None:
+    """400 pushes of any direction and any size up to 97 % of the worst; and 200 of 1.15 times it."""
+    found, rng = worst(kind=kind), np.random.default_rng(7)
+    sizes = 0.97 * found.worst * rng.uniform(0.0, 1.0, 400) ** (1.0 / 3.0)
+    assert not np.any(pushes(damped(), ways(400, 1), sizes, kind))
+    assert np.any(pushes(damped(), ways(200, 2), np.full(200, 1.15 * found.worst), kind))
+
+
+@pytest.mark.slow
+def test_brute_force_over_directions_finds_none_that_is_worse() -> None:
+    """162 directions at 97 % of the worst of 42."""
+    finer = worst_push(damped(), count=162)
+    assert finer.worst > 0.95 * worst().worst
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("kind", "profile"), [("force", "ramp"), ("moment", "ramp"), ("force", "step")])
+def test_of_ten_thousand_inside_none_is_lost(kind: Any, profile: Any) -> None:
+    """Random directions and sizes up to 97 % of the worst."""
+    found, rng = worst(kind=kind, profile=profile), np.random.default_rng(11)
+    lost = 0
+    for seed in range(10):
+        sizes = 0.97 * found.worst * rng.uniform(0.0, 1.0, 1000) ** (1.0 / 3.0)
+        lost += int(np.sum(pushes(damped(), ways(1000, 100 + seed), sizes, kind, profile)))
+    assert lost == 0
+
+
+# ----------------------------------------------------------------------------------------------------------- refused
+
+
+def test_mistakes_are_told(tmp_path: Path) -> None:
+    """Unknown kinds, open tips, a start that slips, a count that is none."""
+    scenario = softhand.load_scenario("pinch")
+    with pytest.raises(softhand.ScenarioError, match=r"kind: got 'forces'; .*did you mean 'force'"):
+        worst_push(scenario, "forces")  # type: ignore[arg-type]
+    with pytest.raises(softhand.ScenarioError, match="count: got 13; allowed are 12, 42, 162"):
+        worst_push(scenario, count=13)
+    with pytest.raises(softhand.GraspError, match="not pressing on the object"):
+        worst_push(softhand.load_scenario("grasp-and-lift"))
+    refused = run_command("push", "grasp-and-lift", folder=tmp_path)
+    assert refused.returncode == 1 and "not pressing on the object at t = 0 s" in refused.errors
+
+
+def test_the_command_draws_and_prints(tmp_path: Path) -> None:
+    """A table, a figure, JSON with units."""
+    told = run_command("push", "gripper", "--count", "12", "--json", "--out", "a.png", folder=tmp_path)
+    assert told.returncode == 0, told.stderr
+    found = json.loads(told.stdout)
+    assert found["worst"] > 1.0 and found["units"]["worst"] == "N or N m"
+    assert (tmp_path / "a.png").stat().st_size > 10_000
