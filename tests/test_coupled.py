@@ -455,10 +455,12 @@ def test_turning_everything_changes_nothing() -> None:
     place = R @ np.array([0.0, 0.0, 0.087])
     turned = {
         "hand.rpy": list(rpy), "object.rpy": list(rpy), "object.position": place.tolist(),
-        "gravity": (R @ np.array([0.0, 0.0, -9.81])).tolist(), "duration": 0.2,
+        "gravity": (R @ np.array([0.0, 0.0, -9.81])).tolist(), "duration": 0.2, "reference": {"kind": "hold"},
     }  # fmt: skip
     push = [{"force": [0.3, 0.2, 0.4], "duration": 1.0}]
-    one = softhand.simulate(load_scenario("coupled-hand", {"duration": 0.2, "push": push}))
+    one = softhand.simulate(
+        load_scenario("coupled-hand", {"duration": 0.2, "push": push, "reference": {"kind": "hold"}})
+    )
     push = [{"force": (R @ np.array([0.3, 0.2, 0.4])).tolist(), "duration": 1.0}]
     other = softhand.simulate(load_scenario("coupled-hand", {**turned, "push": push}))
     assert np.abs(one.joint_position[-1] - one.joint_position[0]).max() > 1e-5
@@ -469,12 +471,15 @@ def test_turning_everything_changes_nothing() -> None:
 def test_the_order_of_tips_changes_nothing() -> None:
     """index, middle, thumb as thumb, index, middle, with points and pairs put likewise."""
     push = [{"force": [0.3, 0.2, 0.4], "duration": 1.0}]
-    one = softhand.simulate(load_scenario("coupled-hand", {"duration": 0.2, "push": push}))
+    one = softhand.simulate(
+        load_scenario("coupled-hand", {"duration": 0.2, "push": push, "reference": {"kind": "hold"}})
+    )
     points = load_scenario("coupled-hand").grasp.contact_points
     values = {
         "hand.tips": ["thumb_tip", "index_tip", "middle_tip"], "duration": 0.2, "push": push,
         "grasp.contact_points": [list(points[k]) for k in (2, 0, 1)],
         "grasp.internal_force": [0.0, 5.0, 5.0],  # pairs 23, 13, 12 of the new order
+        "reference": {"kind": "hold"},
     }  # fmt: skip
     other = softhand.simulate(load_scenario("coupled-hand", values))
     np.testing.assert_allclose(other.joint_position, one.joint_position, rtol=0.0, atol=1e-9)
