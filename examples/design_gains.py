@@ -13,7 +13,7 @@ def growth(stiffness, force_gain):
     """Growth rate of small motions about the start of target A, the torque held for 1 ms [1/s]."""
     gains = {"K_O_position": stiffness, "K_O_orientation": 0.003 * stiffness, "K_v": 0.005, "K_N": force_gain}
     scenario = softhand.load_scenario("target-a", {"controller": {"name": "regulation", **gains}})
-    return softhand.stability(scenario, with_scan=False).held_growth
+    return softhand.stability(scenario).held_growth
 
 
 def main():

@@ -25,7 +25,9 @@ from softhand.plots.angle_force import draw_angle_force
 from softhand.plots.grasp import draw_grasp
 from softhand.plots.identification import draw_fit
 from softhand.plots.lyapunov import draw_lyapunov
+from softhand.plots.modes import draw_modes
 from softhand.plots.stability import draw_scan
+from softhand.plots.stability_along import draw_stability_along
 from softhand.plots.workspace import draw_workspace
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
@@ -60,6 +62,12 @@ def make_stability() -> None:
     swept = scan(scenario, np.geomspace(0.3, 30.0, 61).tolist(), np.geomspace(0.1, 100.0, 91).tolist())
     figure = draw_scan(swept, "Where regulation is lost, about the start of target-a", scenario.control_period)
     softhand.save_figure(figure, IMAGES / "stability.png")
+    softhand.save_figure(
+        draw_modes(softhand.stability(scenario), "Small motions about the start of target-a"), IMAGES / "modes.png"
+    )
+    along = softhand.stability_along("grasp-and-lift", 121)
+    title = "Growth of small motions along grasp-and-lift"
+    softhand.save_figure(draw_stability_along(along, title), IMAGES / "along.png")
 
 
 def make_workspace() -> None:

@@ -42,8 +42,11 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Analysis",
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
-         "stability", "Stability", "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
-         "grasp_stiffness", "GraspStiffness", "measurement_noise", "MeasurementNoise", "identify", "Identification"),
+         "gradient", "Gradient", "QuadraticCost", "FunctionCost",
+         "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
+         "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
+         "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
+         "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

@@ -34,11 +34,13 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
-    from softhand.closed_loop.stability import Stability as Stability
-    from softhand.closed_loop.stability import stability as stability
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
+    from softhand.derivatives.costs import FunctionCost as FunctionCost
+    from softhand.derivatives.costs import QuadraticCost as QuadraticCost
+    from softhand.derivatives.gradient import Gradient as Gradient
+    from softhand.derivatives.gradient import gradient as gradient
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
@@ -76,6 +78,12 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.identification.identify import Identification as Identification
     from softhand.identification.identify import identify as identify
     from softhand.laws.law import Law as Law
+    from softhand.margins.along import StabilityAlong as StabilityAlong
+    from softhand.margins.along import stability_along as stability_along
+    from softhand.margins.margins import Margins as Margins
+    from softhand.margins.modes import Mode as Mode
+    from softhand.margins.stability import Stability as Stability
+    from softhand.margins.stability import stability as stability
     from softhand.plant.plant import Plant as Plant
     from softhand.plant.state import State as State
     from softhand.plots.run import draw_run as draw_run
@@ -84,6 +92,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.recording.recording import load_recording as load_recording
     from softhand.references.goal import Goal as Goal
     from softhand.references.reference import Reference as Reference
+    from softhand.resting.equilibrium import equilibrium as equilibrium
+    from softhand.resting.record import Equilibrium as Equilibrium
     from softhand.scenario.file import scenario_names as scenario_names
     from softhand.scenario.file import scenarios as scenarios
     from softhand.scenario.scenario import Scenario as Scenario
@@ -114,12 +124,17 @@ _HOMES = {
     "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
-    "closed_loop.stability": ("Stability", "stability"),
+    "margins.along": ("StabilityAlong", "stability_along"),
+    "margins.margins": ("Margins",),
+    "margins.modes": ("Mode",),
+    "margins.stability": ("Stability", "stability"),
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "derivatives.costs": ("FunctionCost", "QuadraticCost"),
+    "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
     "derivatives.linearize": ("linearize",),
     "errors": (
@@ -145,6 +160,8 @@ _HOMES = {
     "plots": ("draw_run", "save_figure"),
     "recording.recording": ("Recording", "load_recording"),
     "references.goal": ("Goal",),
+    "resting.equilibrium": ("equilibrium",),
+    "resting.record": ("Equilibrium",),
     "scenario.scenario": ("Scenario", "load_scenario"),
     "scenario.file": ("scenario_names", "scenarios"),
     "sensing.observation": ("Observation",),

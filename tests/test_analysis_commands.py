@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,8 @@ from commands import Outcome, run_command
 
 import softhand
 from softhand import load_scenario, simulate
-from softhand.closed_loop import stability as stability_module
 from softhand.grasping import workspace as workspace_module
+from softhand.margins import stability as stability_module
 from softhand.plots import workspace as workspace_figure
 from softhand.scenario.file import resolve_path
 
@@ -96,21 +97,24 @@ def short_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_stability_prints_growth_and_draws_the_scan(tmp_path, watch, short_scan):
     """The share of the contact stiffness and the growth rates of target-a, as docs/stability.md has them."""
-    found = watch("closed_loop.stability", "stability")
-    result = run_command("stability", folder=tmp_path)
+    found = watch("margins.stability", "stability")
+    result = run_command("stability", "--scan", folder=tmp_path)
     assert_prints(result, found[0].rows())
     rows = dict(found[0].rows())
     assert rows["share of the contact stiffness that K_O takes"] == "0.421"
     assert rows["growth with torques held for 1 ms"] == "+5.24 1/s (unstable)".replace(" (", "  (")
-    assert (tmp_path / "runs/stability-target-a/stability.png").is_file() and found[0].scan.growth.shape == (3, 3)
+    folder = tmp_path / "runs/stability-target-a"
+    assert sorted(file.name for file in folder.iterdir()) == ["stability-scan.png", "stability.png"]
+    assert found[0].scan.growth.shape == (3, 3)
 
 
 def test_stability_takes_any_controller(tmp_path, watch):
-    """Growth rates without a scan, and without a figure."""
-    found = watch("closed_loop.stability", "stability")
-    result = run_command("stability", "object-impedance", folder=tmp_path)
-    assert_prints(result, found[0].rows())
-    assert len(found[0].rows()) == 3 and not list(tmp_path.iterdir())
+    """Growth rates and modes without a scan; JSON with the same numbers."""
+    found = watch("margins.stability", "stability")
+    result = run_command("stability", "object-impedance", "--out", "modes.svg", "--json", folder=tmp_path)
+    assert json.loads(result.stdout) == json.loads(found[0].to_json())
+    assert [label for label, _ in found[0].rows()][3:] == ["mode 1", "mode 2", "mode 3", "mode 4"]
+    assert "<svg" in (tmp_path / "modes.svg").read_text()
 
 
 def test_workspace_compares_with_the_paper(tmp_path, watch, monkeypatch):

@@ -12,19 +12,19 @@ from test_attitude import turned
 
 import softhand
 from softhand.checks.scenario import fastest_frequency
-from softhand.closed_loop.feedback import differentiate
-from softhand.closed_loop.gain_loop import close_gain_loop
+from softhand.closed_loop.gain_loop import close_gain_loop, held
 from softhand.closed_loop.linearize import LinearModel, beside, linearize_plant
-from softhand.closed_loop.loop import Loop, close_loop, held
 from softhand.closed_loop.start import HeldStart, held_start
 from softhand.controllers.controller import Controller
 from softhand.controllers.regulation import Regulation
 from softhand.errors import GraspError
+from softhand.margins.loop import Loop, close_loop, without_sampling
+from softhand.margins.place import Place, find_place
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.plugins import plugin_names
-from softhand.scenario.scenario import load_scenario, with_law
+from softhand.scenario.scenario import Scenario, load_scenario, with_law
 from softhand.steppers.rk4 import RungeKutta4
 
 FINE = RungeKutta4(step=1e-4)
@@ -35,19 +35,27 @@ SCENARIOS = {
 }
 
 
-def start_of(name: str) -> HeldStart:
-    """A start of `SCENARIOS`, or that of a scenario that ships."""
+def scenario_of(name: str) -> Scenario:
+    """One of `SCENARIOS`, or one that ships."""
     if name == "conservative":
-        return held_start(with_law(load_scenario("target-a"), "conservative"))
+        return with_law(load_scenario("target-a"), "conservative")
     known = name in SCENARIOS
-    return held_start(load_scenario("target-a" if known else name, SCENARIOS.get(name, {})))
+    return load_scenario("target-a" if known else name, SCENARIOS.get(name, {}))
 
 
-def away(plant: Plant, state: State, base: State, model: LinearModel) -> np.ndarray:
+def start_of(name: str) -> HeldStart:
+    return held_start(scenario_of(name))
+
+
+def place_of(name: str) -> Place:
+    return find_place(scenario_of(name))
+
+
+def away(plant: Plant, state: State, base: State, model: LinearModel | Loop) -> np.ndarray:
     """x of a state beside another one that has gone on for the same time."""
     memory = [(state.z - base.z)[i, 3:] for i in range(len(plant.contacts))]
     x = np.concatenate([pin.difference(plant.world.model, base.q, state.q), state.v - base.v, *memory])
-    return x[: len(model.states)]
+    return x[: len(model.A)]
 
 
 # ------------------------------------------------------------------------------------------------ the plant by itself
@@ -80,11 +88,12 @@ def test_the_model_is_the_plant_for_small_motions(name):
 
 def test_the_states_are_named(tmp_path):
     """Joints and object, their rates, and what relaxes: as many names as entries, none twice."""
-    model = close_loop(start_of("fung")).model
-    assert len(set(model.states)) == len(model.states) == len(model.A) == 30 + 24
-    assert model.states[0] == "finger_1_abduction" and model.states[14] == "object turn about z"
-    assert model.states[15] == "finger_1_abduction, rate" and model.states[30] == "finger_1_tip, memory 1, radial"
-    assert model.inputs == model.states[:9]
+    loop, start = close_loop(place_of("fung")), start_of("fung")
+    for model in (loop, linearize_plant(start.probe.plant, start.state, np.zeros(9))):
+        assert len(set(model.states)) == len(model.states) == len(model.A) == 30 + 24
+        assert model.states[0] == "finger_1_abduction" and model.states[14] == "object turn about z"
+        assert model.states[15] == "finger_1_abduction, rate" and model.states[30] == "finger_1_tip, memory 1, radial"
+        assert model.inputs == model.states[:9]
 
 
 def test_the_fastest_motion_is_that_of_the_contacts():
@@ -136,9 +145,9 @@ def test_the_loop_is_the_run_for_small_motions(name):
     if not isinstance(name, str):
         start = replace(start, controller=name())
     probe, controller, period = start.probe, start.controller, start.period
-    loop = close_loop(start)
-    step = loop.step(period)
-    states = len(loop.model.states)
+    place = place_of(name if isinstance(name, str) else "target-a")
+    loop = close_loop(place if isinstance(name, str) else place.with_controller(name()))
+    step, states = loop.step, len(loop.A)
     x = 1e-7 * np.random.default_rng(2).normal(size=states)
     y = np.concatenate([x, np.zeros(len(step) - states)])
     first = probe.at(start.state, 0.0)
@@ -154,22 +163,23 @@ def test_the_loop_is_the_run_for_small_motions(name):
                 integration.advance(moved, pushed)
         ends.append(moved)
     expected = (np.linalg.matrix_power(step, 12) @ y)[:states]
-    assert np.linalg.norm(away(probe.plant, *ends, loop.model) - expected) < 2e-3 * np.linalg.norm(expected)
+    assert np.linalg.norm(away(probe.plant, *ends, loop) - expected) < 2e-3 * np.linalg.norm(expected)
 
 
 def test_without_sampling_a_torque_must_not_depend_on_earlier_samples():
     """The growth without sampling is that of ever shorter periods; late and slow controllers have none."""
-    loop = close_loop(start_of("object-impedance"))
-    periods = np.array([1e-4, 1e-5, 1e-6])
-    away_from_it = [abs(loop.held_growth(period) - loop.growth()) for period in periods]
-    assert away_from_it[2] < 1e-2 and away_from_it[0] > 5.0 * away_from_it[1] > 25.0 * away_from_it[2]
-    slow = close_loop(replace(start_of("target-a"), controller=Slow()))
-    assert np.isnan(slow.growth()) and slow.feedback.by_memory.shape == (9, 9)
+    place = place_of("object-impedance")
+    limit = without_sampling(close_loop(place), place)
+    away_from_it = [abs(close_loop(place, period).growth - limit) for period in (1e-3, 2e-4, 4e-5)]
+    assert away_from_it[2] < 2e-2 and away_from_it[0] > 4.0 * away_from_it[1] > 16.0 * away_from_it[2]
+    late = place_of("target-a").with_controller(Slow())
+    slow = close_loop(late)
+    assert np.isnan(without_sampling(slow, late)) and len(slow.N) == 9
 
 
 def test_a_controller_without_memory_of_change_has_none_in_the_loop():
     """The memory of (59) is its gains and the posture of the start: nothing of it changes with the state."""
-    assert close_loop(start_of("target-a")).feedback.by_memory.shape == (9, 0)
+    assert len(close_loop(place_of("target-a")).N) == 0
 
 
 def test_K_O_enters_the_feedback_of_59_in_proportion():
@@ -178,9 +188,10 @@ def test_K_O_enters_the_feedback_of_59_in_proportion():
     loop = close_gain_loop(start)
     K_O = loop.K_O * [0.5, 1.0, 2.0, 3.0, 0.2, 1.0]
     law = Regulation(K_O_position=K_O[:3].tolist(), K_O_orientation=K_O[3:].tolist())
-    other = Loop(loop.model, differentiate(law, start.probe, start.state, start.period))
-    assert loop.growth(K_O) == pytest.approx(other.growth(), abs=1e-6)
-    assert loop.held_growth([K_O], 1e-3)[0] == pytest.approx(other.held_growth(1e-3), abs=1e-6)
+    place = place_of("target-a").with_controller(law)
+    other = close_loop(place)
+    assert loop.growth(K_O) == pytest.approx(without_sampling(other, place), abs=1e-6)
+    assert loop.held_growth([K_O], 1e-3)[0] == pytest.approx(other.growth, abs=5e-3)
 
 
 # -------------------------------------------------------------------------------------------------------- the figures

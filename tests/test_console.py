@@ -90,6 +90,8 @@ OUTS: list[tuple[str, ...]] = [
     ("export", "run.nc", "--csv", "--out", "no-folder/x.csv"),
     ("remark3", "--out", FIGURE),
     ("grasp", "--out", FIGURE),
+    ("squeeze", "--out", FIGURE),
+    ("push", "--out", FIGURE),
     ("stability", "--out", FIGURE),
     ("workspace", "--out", FIGURE),
     ("validate", "--out", "no-folder/x.md"),

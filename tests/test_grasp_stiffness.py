@@ -16,7 +16,7 @@ from test_closed_loop import Delayed, Slow
 import softhand
 from softhand.closed_loop.feedback import differentiate
 from softhand.closed_loop.grasp_stiffness import _settled
-from softhand.closed_loop.loop import close_loop
+from softhand.closed_loop.linearize import linearize_plant
 from softhand.closed_loop.object_tangent import tangent
 from softhand.closed_loop.start import HeldStart, held_start
 from softhand.errors import ControllerError, GraspError, RecordingError, ScenarioError
@@ -221,8 +221,10 @@ def test_a_grasp_pressed_lightly_is_the_series_of_springs_in_fixed_contact_frame
 def test_under_a_controller_it_is_the_gain_of_the_linear_loop_at_rest(name):
     """Where a wrench on the object leaves plant and memory, x' = A x + B (K x + L m) + E w = 0, m = P x + Q m."""
     start, found = start_of(name), softhand.grasp_stiffness(scenario_of(name), joints="controller")
-    loop, world, q = close_loop(start), start.probe.plant.world, start.state.q
-    A, B, control = loop.model.A, loop.model.B, loop.feedback
+    world, q = start.probe.plant.world, start.state.q
+    control = differentiate(start.controller, start.probe, start.state, start.period)
+    model = linearize_plant(start.probe.plant, start.state, control.torque)
+    A, B = model.A, model.B
     nv, n, s, m = len(start.state.v), world.n_joints, len(A), len(control.by_memory.T)
     pushed = np.zeros((s + m, 6))
     pushed[nv : 2 * nv] = np.linalg.inv(start.probe.plant.rigid.mass_matrix(q))[:, n:]

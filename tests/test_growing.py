@@ -12,7 +12,7 @@ from commands import run_command
 import softhand
 from softhand.assembly.resolve import resolve
 from softhand.checks.scenario import check_scenario
-from softhand.closed_loop.growing import growing, growing_run
+from softhand.margins.growing import growing, growing_run
 from softhand.recording.recording import Recording
 from softhand.scenario.file import parse_override
 from softhand.scenario.scenario import Scenario, load_scenario
@@ -173,12 +173,12 @@ def test_the_end_of_a_run_that_stays_is_its_start(damping) -> None:
 
 
 def test_the_command_takes_a_recording(tmp_path) -> None:
-    """Rates and the time of the sample, no figure; --set is refused."""
+    """Rates and the time of the sample, the figure beside it; --set is refused."""
     target_b().save(tmp_path / "run.nc")
     result = run_command("stability", "run.nc", folder=tmp_path)
     told, found = " ".join(result.stdout.split()), softhand.stability(target_b())
     assert 1.0 < found.time < 8.0 and f"the sample at t = {found.time:g} s" in told
-    assert f"{found.held_growth:+.3g} 1/s (unstable)" in told and not (tmp_path / "stability.png").exists()
+    assert f"{found.held_growth:+.3g} 1/s (unstable)" in told and (tmp_path / "stability.png").is_file()
     refused = run_command("stability", "run.nc", "--set", "duration=1", folder=tmp_path)
     assert refused.returncode == 1 and "--set changes a scenario" in refused.stderr
 

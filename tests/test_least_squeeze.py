@@ -53,7 +53,7 @@ def total(recording: Recording) -> Any:
 
 
 def test_it_holds_a_growing_push_at_which_a_constant_squeeze_slips_and_squeezes_less() -> None:
-    """The same scenario, push and reference: f_N = (4, 4, 3) N slips, the least that holds is a third less and holds."""
+    """The same scenario, push and reference: f_N = (4, 4, 3) N slips, the least that holds does not, a third less."""
     constant, least = pushed("regulation"), pushed("least-squeeze")
     assert constant.slip_travel[-1].max() > 2e-4
     assert least.slip_travel[-1].max() == 0.0

@@ -194,7 +194,7 @@ def test_too_many_faces_are_refused() -> None:
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.dae", b"<x/>", "has the format '.dae'; convert it to .stl or .obj"),
+        ("a.fbx", b"<x/>", "has the format '.fbx'; convert it to one of .stl, .obj, .dae, .ply, .glb, .gltf"),
         ("a.stl", b"hello", "neither a text nor a binary STL"),
         ("a.stl", b"", "neither a text nor a binary STL"),
         ("a.stl", b"solid a\nendsolid a\n", "has no triangles"),

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 import softhand.commands.main
-from softhand.closed_loop import stability
 from softhand.commands.main import app
+from softhand.margins import stability
 
 PAGE = (Path(__file__).parent.parent / "docs/own-hand.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, flags=re.DOTALL)

@@ -12,8 +12,8 @@ from hands import write_box
 import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.build import build
-from softhand.closed_loop.stability import stability
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
+from softhand.margins.stability import stability
 from softhand.recording.events import find_events, phases_of
 from softhand.recording.recording import Recording
 from softhand.viewer.scene.recorded import RecordedScene

@@ -14,8 +14,9 @@ import pytest
 
 import softhand
 from softhand import load_scenario, simulate
-from softhand.closed_loop import stability as stability_module
+from softhand.closed_loop.start import held_start
 from softhand.grasping import workspace as workspace_module
+from softhand.margins import stability as stability_module
 from softhand.numerics.record import Record, plain
 from softhand.scenario.file import resolve_path
 
@@ -24,14 +25,17 @@ from softhand.scenario.file import resolve_path
 def results() -> dict[str, Any]:
     """One of each call."""
     scenario = load_scenario("target-a")
+    start = held_start(scenario)
     run = simulate(load_scenario("target-a", {"duration": 0.03, "reference.kind": "step"}))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stability_module, "STIFFNESS", np.array([1e-4, 1.0]))  # the first has no grasp: NaN
         patch.setattr(stability_module, "GAIN", np.array([1.0, 2.0]))
         patch.setattr(workspace_module, "POSES", 64)
         return {
-            "stability": softhand.stability(scenario),
-            "linearize": softhand.stability(load_scenario("blind"), with_scan=False).model,
+            "stability": softhand.stability(scenario, with_scan=True),
+            "stability margins": softhand.stability("pinch", with_margins=True),
+            "stability_along": softhand.stability_along(run, 4),
+            "linearize": softhand.linearize_plant(start.probe.plant, start.state, np.zeros(9)),
             "workspace": softhand.workspace(scenario),
             "lyapunov": softhand.lyapunov(run),
             "energy_ledger": softhand.energy_ledger(run, samples=range(0, 31, 10)),
@@ -46,9 +50,9 @@ def results() -> dict[str, Any]:
         }
 
 
-NAMES = ["stability", "linearize", "workspace", "lyapunov", "energy_ledger", "check scenario", "check recording",
-         "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness", "propose_grasps",
-         "place_object"]  # fmt: skip
+NAMES = ["stability", "stability margins", "stability_along", "linearize", "workspace", "lyapunov", "energy_ledger",
+         "check scenario", "check recording", "check urdf", "grasp_quality", "grasp_quality far", "grasp_stiffness",
+         "propose_grasps", "place_object"]  # fmt: skip
 
 
 def forbidden(text: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import run_command
-from hands import Array
+from hands import REPOSITORY, Array
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
@@ -222,7 +223,7 @@ def test_more_loads_need_no_less() -> None:
 
 @pytest.mark.parametrize("name", ["target-a", "pinch", "gripper"])
 def test_the_multipliers_certify_the_least(name: str) -> None:
-    """Their value is that of the squeeze: by weak duality none does better. Limits that are not reached cost nothing."""
+    """Their value is that of the squeeze: by weak duality none does better. Limits not reached cost nothing."""
     held = start(name)
     program = Program(held, loads_of(held, attitudes="any"), Terms(use=0.8))
     found = program.least()
@@ -333,6 +334,13 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     assert refused.returncode == 1 and "no squeeze of finger_1_tip, finger_2_tip holds: gravity" in refused.errors
     wrong = run_command("squeeze", "pinch", "--wrench", "1,2", folder=tmp_path)
     assert wrong.returncode == 2 and "give 6 numbers" in wrong.errors
+
+
+@pytest.mark.parametrize("block", range(3))
+def test_the_page_runs(block: int) -> None:
+    """The examples of docs/squeeze.md."""
+    page = (REPOSITORY / "docs" / "squeeze.md").read_text()
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[block], {})
 
 
 def test_the_command_draws_and_prints(tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ from softhand.analysis.energy import energy_ledger
 from softhand.assembly.parts import read_face_friction, read_laws
 from softhand.assembly.probe import Probe
 from softhand.checks.scenario import check_scenario
-from softhand.closed_loop.loop import close_loop
-from softhand.closed_loop.start import held_start
 from softhand.contact.friction import face_of
 from softhand.errors import ScenarioError
 from softhand.grasping.poses import Poses
+from softhand.margins.loop import close_loop
+from softhand.margins.place import find_place
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario, with_law
@@ -168,7 +168,7 @@ def test_tools_take_each_tip_as_it_is() -> None:
     assert energy_ledger(recording).residual[-1] == energy_ledger(recording, simulation.plant).residual[-1]
     assert Probe.of_scenario(scenario).laws == [tip.law for tip in simulation.plant.fingertips]
     same = load_scenario("target-a")
-    assert close_loop(held_start(scenario)).growth() != close_loop(held_start(same)).growth()
+    assert close_loop(find_place(scenario)).growth != close_loop(find_place(same)).growth
     np.testing.assert_array_equal(Poses(scenario).fingers.radius, [0.010, 0.012, 0.010])
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import softhand
 
-found = softhand.stability(softhand.load_scenario("target-a"), with_scan=False)
+found = softhand.stability(softhand.load_scenario("target-a"))
 for label, value in found.rows():
     print(f"{label:<48}{value}")
 
@@ -26,8 +26,19 @@ for label, value in found.rows():
 # %%
 for gain in (1.5, 1.0, 0.5):
     scenario = softhand.load_scenario("target-a", {"controller.K_N": gain})
-    tried = softhand.stability(scenario, with_scan=False)
+    tried = softhand.stability(scenario)
     print(f"K_N = {gain}: {tried.held_growth:+.2f} 1/s")
+
+# %% [markdown]
+# The first of the modes in the table says what swings there. How far a setting can go before
+# the loop is lost is found as well:
+
+# %%
+margins = softhand.stability("hold", with_margins=True).margins
+print(f"torques may come {1e3 * margins.delay:.2f} ms late")
+print(f"and be held for {1e3 * margins.period:.2f} ms")
+for gain in margins.gains:
+    print(f"{gain.name} times {gain.factors}")
 
 # %% [markdown]
 # More damping in the joints helps as well. The scenario `hold` has both; there a push dies
@@ -36,7 +47,7 @@ for gain in (1.5, 1.0, 0.5):
 # %%
 push = {"force": [0.1, 0.0, 0.0], "duration": 0.05}  # [N], [s]
 held = softhand.load_scenario("hold", {"duration": 2.0, "push": [push]})
-print(f"growth {softhand.stability(held, with_scan=False).held_growth:+.2f} 1/s")
+print(f"growth {softhand.stability(held).held_growth:+.2f} 1/s")
 recording = softhand.simulate(held)
 off = 1e3 * np.linalg.norm(recording.object_position - recording.object_position[0], axis=1)
 print(f"pushed by {off.max():.2f} mm; {1e3 * off[-1]:.2f} um are left after 2 s")

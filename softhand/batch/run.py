@@ -114,11 +114,17 @@ class CompiledRun:
     Attributes:
         plant: hand, object and contacts, live.
         law: the control law as compiled code; None if it has none, and then there is no run.
+        mechanics: what a step works with.
+        senses: what the sensor works with.
+        plan: what is done when, and what is kept.
+        layouts: of the arrays of all three.
+        observation: live.
+        keep: what is kept.
     """
 
     def __init__(self, setup: Setup, keep: Keep, asked: Asked) -> None:
         scenario = setup.asked
-        self._setup, self._keep, self._asked = setup, keep, asked
+        self._setup, self.keep, self._asked = setup, keep, asked
         self._asked_for: Any = None
         self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
@@ -127,13 +133,13 @@ class CompiledRun:
         desired = desired_of(now[: self._motion.now.size].reshape(3, -1), now[self._motion.now.size :].reshape(2, 6))
         self._block = self._room(setup)
         self._sensor = sensor = Sensor(plant, desired, self._block)
-        self._observation = truth = sensor.observation
+        self.observation = truth = sensor.observation
         self._instruments: Instruments | None = None
         if setup.sensing is not None:
             seen = self._block[room(truth.known.sizes) :]
             self._instruments = Instruments(plant, truth, setup.sensing, desired, seen)
-            self._observation = self._instruments.observation
-        now[:] = self._table(0, 0)[0, 1:]
+            self.observation = self._instruments.observation
+        now[:] = self.table(0, 0)[0, 1:]
         observation = self._observe()
         with _blamed(setup.controller):
             self.law = setup.controller.compiled(observation)
@@ -143,9 +149,9 @@ class CompiledRun:
         n, sizes = plant.world.n_joints, observation.known.sizes
         periods = round(scenario.duration / scenario.control_period)
         torque = np.zeros(n)
-        self._mechanics = mechanics_of(plant, self._state, torque)
-        self._senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
-        self._plan = Plan(
+        self.mechanics = mechanics_of(plant, self._state, torque)
+        self.senses = Senses(sensor.body, Wanted.of(desired), sensor.groups)
+        self.plan = Plan(
             kind=KINDS[type(setup.stepper)],
             step=setup.stepper.step,
             steps=round(scenario.control_period / setup.stepper.step),
@@ -169,11 +175,11 @@ class CompiledRun:
             straight=np.zeros((3, 2), np.int64),
             between=np.zeros((2, 2), np.int64),
         )
-        self._layouts = Layouts()
+        self.layouts = Layouts()
         self._drive = self._put_between()
         self._straight = self._straight_code()
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
-        m, plan = self._mechanics, self._plan
+        self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
+        m, plan = self.mechanics, self.plan
         written = *m.kicks, m.mass, m.slopes, m.tree.work, m.torque, plan.limited, plan.Theta, plan.progress
         self._new = [(array, array.copy()) for array in written]
 
@@ -200,18 +206,18 @@ class CompiledRun:
 
     def _put_between(self) -> Drive | None:
         """The code of instruments and drives, put into its place."""
-        plan, instruments, setup = self._plan, self._instruments, self._setup
+        plan, instruments, setup = self.plan, self._instruments, self._setup
         assert self.law is not None
         codes: list[Addressed] = []
         if instruments is not None:
-            arguments = instruments.arguments(plan.progress, {*self._keep.measured, *self.law.reads})
-            codes.append(addressed(see_measured, *arguments, layouts=self._layouts))
+            arguments = instruments.arguments(plan.progress, {*self.keep.measured, *self.law.reads})
+            codes.append(addressed(see_measured, *arguments, layouts=self.layouts))
             plan.between[SEE] = codes[-1].code, codes[-1].place
         drive = None
         if setup.actuation is not None:
-            drive = drive_of(setup.actuation, plan.command, plan.effort_limit, self._mechanics.torque, plan.limited,
+            drive = drive_of(setup.actuation, plan.command, plan.effort_limit, self.mechanics.torque, plan.limited,
                              self._block[-self.plant.world.n_joints :])  # fmt: skip
-            codes.append(addressed(act, drive, plan.progress, layouts=self._layouts))
+            codes.append(addressed(act, drive, plan.progress, layouts=self.layouts))
             plan.between[ACT] = codes[-1].code, codes[-1].place
         self._between = codes
         return drive
@@ -233,7 +239,7 @@ class CompiledRun:
         Returns:
             False where the two differ in more; then this run is of no use.
         """
-        if self.law is None or keep != self._keep or _times(setup) != _times(self._setup):
+        if self.law is None or keep != self.keep or _times(setup) != _times(self._setup):
             return False
         if not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
             return False
@@ -241,20 +247,20 @@ class CompiledRun:
             return False
         for array, new in self._new:
             array[...] = new
-        start, plan = self.plant.with_supports(setup.grasp.state), self._plan
+        start, plan = self.plant.with_supports(setup.grasp.state), self.plan
         for array, new in zip(self._state.arrays, start.arrays, strict=True):
             array[...] = new
         self._follow(setup)
         if self._motion.now.size + self._motion.twist.size != plan.now.size:
             return False
         self._setup = setup
-        plan.now[:] = self._table(0, 0)[0, 1:]
+        plan.now[:] = self.table(0, 0)[0, 1:]
         observation = self._observe()
         with _blamed(setup.controller):
             if not self.law.become(setup.controller, observation):
                 return False
         self._forget()
-        plan.effort_limit[:] = self._observation.effort_limit
+        plan.effort_limit[:] = self.observation.effort_limit
         for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
             array[...] = new
         return True
@@ -274,8 +280,8 @@ class CompiledRun:
 
     def _straight_code(self) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""
-        m, senses, plan = self._mechanics, self._senses, self._plan
-        body, layouts = senses.body, self._layouts
+        m, senses, plan = self.mechanics, self.senses, self.plan
+        body, layouts = senses.body, self.layouts
         own = (
             m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.tip_views, body.pairs, body.bodies,
         )  # fmt: skip
@@ -292,55 +298,60 @@ class CompiledRun:
 
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
-        self._mechanics.torque[:] = torque
-        kept = parts_of(self._keep.fields)
-        self._plan = self._plan._replace(
+        self.mechanics.torque[:] = torque
+        kept = parts_of(self.keep.fields)
+        self.plan = self.plan._replace(
             law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()), between=np.zeros((2, 2), np.int64)
         )
         self._straight = self._straight_code()
-        self._periods = addressed(run_periods, self._mechanics, self._senses, self._plan, layouts=self._layouts)
+        self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
 
     def go(self, is_stopped: Callable[[], bool]) -> Result:
         """Run to the end, or until somebody says stop, which is asked every 500 control periods."""
-        progress, period = self._plan.progress, self._setup.asked.control_period
+        progress, period = self.plan.progress, self._setup.asked.control_period
         while progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
             if is_stopped():
                 return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
             first = int(progress[NEXT])
             progress[LIMIT] = first + PERIODS
-            rows = self._table(first, min(first + PERIODS - 1, int(progress[LAST])))
-            self._plan.desired[: len(rows)] = rows
+            rows = self.table(first, min(first + PERIODS - 1, int(progress[LAST])))
+            self.plan.desired[: len(rows)] = rows
             self._periods()
         if progress[FAULT] == HEALTHY:
             return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
-        error = self._stopped()
+        error = self.error()
         return self._result(Outcome(error.reason, error.time, str(error)))
 
-    def _table(self, first: int, last: int) -> Array:
+    @property
+    def sizes(self) -> Sizes:
+        """Of the observation."""
+        return self.observation.known.sizes
+
+    def table(self, first: int, last: int) -> Array:
         """What is asked for in these control periods."""
         reference, period = self._setup.reference, self._setup.asked.control_period
         return self._asked.rows(reference, self._start, self._motion, period, first, last)
 
     def _time(self) -> float:
         """Of the last sample without fault [s]."""
-        return round(max(int(self._plan.progress[NEXT]) - 1, 0) * self._setup.asked.control_period, 12)
+        return round(max(int(self.plan.progress[NEXT]) - 1, 0) * self._setup.asked.control_period, 12)
 
-    def _stopped(self) -> SimulationStopped:
-        """The error for what ended the run."""
-        fault, finger = int(self._plan.progress[FAULT]), int(self._plan.progress[FINGER])
+    def error(self) -> SimulationStopped:
+        """The error for what ended the run, by `Plan.progress`."""
+        fault, finger = int(self.plan.progress[FAULT]), int(self.plan.progress[FINGER])
         if fault != BAD_TORQUE:
             return stopped(fault, finger, self.plant, self._time(), math.isfinite(self._setup.stepper.stable_up_to))
-        controller, time = self._setup.controller, float(self._plan.clock[0])
-        self._observation.__dict__["time"] = time
+        controller, time = self._setup.controller, float(self.plan.clock[0])
+        self.observation.__dict__["time"] = time
         assert self.law is not None
-        error = controller.complaint(self._observation, self.law)
+        error = controller.complaint(self.observation, self.law)
         if isinstance(error, SimulationStopped):
             return error
         what = f"raised {type(error).__name__}: {error}"
         if error is None:
-            what = f"returned a torque with NaN or infinity: {self._plan.command.tolist()} N m"
+            what = f"returned a torque with NaN or infinity: {self.plan.command.tolist()} N m"
         return at_fault(controller, what, time)
 
     def _result(self, outcome: Outcome) -> Result:
-        rows = self._plan.rows[: self._plan.progress[SAMPLES]].copy()
-        return Result(outcome, self._keep.variables_of(rows, self._observation.known.sizes, self.plant))
+        rows = self.plan.rows[: self.plan.progress[SAMPLES]].copy()
+        return Result(outcome, self.keep.variables_of(rows, self.observation.known.sizes, self.plant))

@@ -13,10 +13,10 @@ from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
-from softhand.closed_loop.growing import growing
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
+from softhand.margins.growing import growing
 from softhand.model.shapes.shape import CurvedShape
 from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, slides_of

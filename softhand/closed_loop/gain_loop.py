@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import expm
 
 from softhand.closed_loop.gains import Gains
 from softhand.closed_loop.linearize import LinearModel, linearize_plant, slope
-from softhand.closed_loop.loop import growth, held
 from softhand.closed_loop.start import HeldStart
 from softhand.controllers.regulation import Regulation
 from softhand.numerics.arrays import Array
@@ -35,11 +35,11 @@ class GainLoop:
     use: float
 
     def growth(self, K_O: Array) -> float:
-        """`Loop.growth` with another gain, shape (6,)."""
+        """Rate of the fastest growing motion without sampling [1/s], with another gain, shape (6,)."""
         return growth(self.model, self._feedback(K_O))
 
     def held_growth(self, gains: Sequence[Array], period: float) -> Array:
-        """`Loop.held_growth` for some gains [1/s], shape (gains,)."""
+        """The same with the torque held for a period [s], for some gains, shape (gains,)."""
         move, push = held(self.model, period)
         radius = [np.max(np.abs(np.linalg.eigvals(move + push @ self._feedback(K_O)))) for K_O in gains]
         return np.log(radius) / period
@@ -91,3 +91,17 @@ def contact_stiffness(start: HeldStart, model: LinearModel, gains: Gains) -> Arr
     relaxed = load[:, n:nv] - load[:, 2 * nv :] @ np.linalg.solve(forgetting[:, 2 * nv :], forgetting[:, n:nv])
     stiffness: Array = np.linalg.solve(by_pose[:, n:nv].T, relaxed.T).T
     return stiffness
+
+
+def growth(model: LinearModel, by_state: Array) -> float:
+    """Largest real part of the eigenvalues of A + B K [1/s], K the feedback of the state, shape (n, s)."""
+    return float(np.max(np.linalg.eigvals(model.A + model.B @ by_state).real))
+
+
+def held(model: LinearModel, period: float) -> tuple[Array, Array]:
+    """Phi and Gamma of x(t + period) = Phi x(t) + Gamma u, the torque held for a period [s]."""
+    states, inputs = model.B.shape
+    both = np.zeros((states + inputs, states + inputs))
+    both[:states, :states], both[:states, states:] = model.A, model.B
+    result = expm(period * both)
+    return result[:states, :states], result[:states, states:]

@@ -10,7 +10,7 @@ import numpy as np
 
 from softhand.closed_loop.feedback import Feedback, differentiate
 from softhand.closed_loop.object_tangent import about_couples, inverse, length_of, principal, tangent
-from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start
+from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start, held_state
 from softhand.errors import ControllerError, GraspError, ScenarioError
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
@@ -126,7 +126,10 @@ class GraspStiffness(Record):
 
 
 def grasp_stiffness(
-    source: Scenario | Recording, at: float | None = None, joints: str | float | Sequence[float] = "locked"
+    source: Scenario | Recording,
+    at: float | None = None,
+    joints: str | float | Sequence[float] = "locked",
+    state: State | None = None,
 ) -> GraspStiffness:
     """The 6 x 6 stiffness and compliance of a held object, at the start of a scenario or at a time of a run.
 
@@ -142,6 +145,7 @@ def grasp_stiffness(
             reference rests, the last one if it never does. Not for a scenario.
         joints: "locked"; stiffness of the springs at the joints [N m/rad or N/m], one for all or one for each, which
             hold the torques of rest; or "controller", whose torques follow from the state at rest, effort limits aside.
+        state: of a scenario, such as that of an `Equilibrium`, in place of its start.
 
     Raises:
         GraspError: no tip touches the object, or some motion of the joints needs no torque.
@@ -149,7 +153,7 @@ def grasp_stiffness(
         ControllerError: the torque depends on a sum over time, which has no value at rest.
         RecordingError: the recording is empty or does not reach to `at`, or its scenario cannot be read.
     """
-    start = _start(source, at)
+    start = _start(source, at, state)
     plant, world, state = start.probe.plant, start.probe.plant.world, start.state
     springs = _springs(joints, world.joint_names)
     still = State(state.q, np.zeros_like(state.v), state.z)
@@ -199,15 +203,19 @@ def _require(stiffness: Array | None, controller: str) -> Array:
     return stiffness
 
 
-def _start(source: Scenario | Recording, at: float | None) -> HeldStart:
+def _start(source: Scenario | Recording, at: float | None, state: State | None) -> HeldStart:
     if isinstance(source, Recording):
+        if state is not None:
+            raise ScenarioError(
+                "state: is for a scenario; of a recording give `at`, the time of a sample.", key="state", value=state
+            )
         return held_end(source) if at is None else held_sample(source, at)
     if at:
         raise ScenarioError(
             f"at: got {at:g} s for a scenario, which is looked at at its start; simulate it and give the recording.",
             key="at", value=at,
         )  # fmt: skip
-    return held_start(source)
+    return held_start(source) if state is None else held_state(source, state)
 
 
 def _springs(joints: str | float | Sequence[float], names: Sequence[str]) -> Array | None:

@@ -13,7 +13,7 @@ from softhand.assembly.probe import Probe, check_states, recorded_scenario, reco
 from softhand.assembly.resolve import Setup, resolve
 from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
-from softhand.errors import RecordingError
+from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
 from softhand.model.world import World
 from softhand.plant.plant import Plant
@@ -72,7 +72,27 @@ def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldSt
     """
     plant, controller = Plant(setup.world, setup.fingertips, setup.supports), setup.controller.model_copy()
     period = controller.period or setup.scenario.control_period
-    return HeldStart(Probe(plant, resting(goal)), plant.with_supports(state), controller, period, time)
+    still = state if len(state.z) == len(plant.contacts) else plant.with_supports(state)
+    return HeldStart(Probe(plant, resting(goal)), still, controller, period, time)
+
+
+def held_state(scenario: Scenario, state: State) -> HeldStart:
+    """A state of a scenario, such as that of an `Equilibrium`, asked to stay at what is asked for at its time.
+
+    Raises:
+        ScenarioError: it is no state of this plant.
+    """
+    setup = resolve(scenario)
+    desired = setup.reference.start(read_start(setup.scenario)).update(state.time)
+    model, nc = setup.world.model, setup.world.n_tips
+    shapes = (state.q.shape, state.v.shape)
+    if shapes != ((model.nq,), (model.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
+        raise ScenarioError(
+            f"state: q, v and z have the shapes {state.q.shape}, {state.v.shape} and {state.z.shape}; this plant has "
+            f"{model.nq} positions, {model.nv} velocities and {nc} tips.",
+            key="state", value=state,
+        )  # fmt: skip
+    return held_at(setup, goal_of(desired), state, state.time)
 
 
 def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:

@@ -10,9 +10,10 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say, say_compiling
-from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set, Stepper
-from softhand.commands.places import check_figure, check_new, figure_of, name_of, write_text
-from softhand.commands.scenarios import parse_changes, scenario_file, with_options
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, Stepper, complete_scenarios
+from softhand.commands.places import check_figure, check_new, figure_of, figure_of_run, name_of, write_text
+from softhand.commands.runs import load_run
+from softhand.commands.scenarios import parse_changes, refuse_changes, scenario_file, with_options
 from softhand.errors import ControllerError, GraspError, SofthandError
 
 if TYPE_CHECKING:
@@ -21,13 +22,22 @@ if TYPE_CHECKING:
     from softhand.numerics.record import Record
     from softhand.scenario.scenario import Scenario
 
+ScenarioOrRun = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        autocompletion=complete_scenarios,
+        help="A scenario that ships (see: softhand list), a .toml file, a run's folder; with --stiffness a run.nc.",
+    ),
+]
+
 
 @command(
     "softhand grasp target-a --stiffness --set object.mass=0.3; "
     "softhand grasp my.toml --place --propose --write held.toml && softhand simulate held.toml"
 )
 def grasp(
-    scenario: ScenarioName = "target-a",
+    scenario: ScenarioOrRun = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     law: Law = None,
     controller: Controller = None,
@@ -47,6 +57,12 @@ def grasp(
             metavar="JOINTS", help="With --stiffness: locked, controller, or the stiffness of their springs [N m/rad]."
         ),
     ] = "locked",
+    at: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS", help="With --stiffness of a run.nc: at which time; by default where it is quietest [s]."
+        ),
+    ] = None,
     write: Annotated[
         Path | None,
         typer.Option(
@@ -65,7 +81,16 @@ def grasp(
     contact points and no internal forces. Exit code 1 where there is no grasp at rest; what is known of it is shown all
     the same.
     """
+    if is_recording(scenario):
+        refuse_changes(
+            scenario, set=changes, law=law, controller=controller, stepper=stepper, place=place, propose=propose,
+            write=write,
+        )  # fmt: skip
+        _of_run(scenario, stiffness, joints, at, out, Printer(quiet, as_json))
+        return
     check_figure(out)
+    if at is not None:
+        raise SofthandError("--at: is a time in a recording; name a run.nc.", value=at)
     if joints != "locked" and not stiffness:
         raise SofthandError("--joints: is for --stiffness; add it.", value=joints)
     if write is not None:
@@ -109,13 +134,39 @@ def grasp(
     if held:
         printer.table("stiffness of the held object", held.rows(), held.header, " ".join(held.notes()))
     target = figure_of(scenario, "grasp", out)
-    save_figure(draw_grasp(quality, title), target)
+    save_figure(draw_grasp(quality, title, held), target)
     printer.say(f"wrote {target}")
     if refusal is not None:
         raise refusal
     if write is not None:
         _write(chosen, f"{title}, margin {quality.margin:.3f} N per newton of normal force", write)
         printer.say(f"wrote {write}: softhand simulate {write}")
+
+
+def is_recording(target: str) -> bool:
+    """Whether a file of a recording is named; the folder of a run stands for its scenario."""
+    return target.lower().endswith(".nc")
+
+
+def _of_run(file: str, stiffness: bool, joints: str, at: float | None, out: Path | None, printer: Printer) -> None:
+    """How stiff the object is held at a time of a recording."""
+    target = figure_of_run(Path(file), "grasp.png", out)
+    if not stiffness:
+        raise SofthandError(
+            f"{file} is a recording, which has no start to judge; add --stiffness, or name a scenario.",
+            value=file,
+        )  # fmt: skip
+    run = load_run(file)
+    say_compiling(printer.quiet)
+    from softhand.closed_loop.grasp_stiffness import grasp_stiffness
+    from softhand.plots.grasp_stiffness import draw_stiffness
+    from softhand.plots.style import save_figure
+
+    found = grasp_stiffness(run, at, _number(joints))
+    printer.json(found)
+    printer.table(f"stiffness of the held object, {file}", found.rows(), found.header, " ".join(found.notes()))
+    save_figure(draw_stiffness(run, found, f"How the object of {file} is held at {found.time:g} s"), target)
+    printer.say(f"wrote {target}")
 
 
 def _stiffness(scenario: Scenario, joints: str) -> tuple[GraspStiffness | None, SofthandError | None]:

@@ -43,7 +43,7 @@ def _group_lines(group: Group, ctx: Any) -> Iterator[str]:
     yield from ("", f"{_head('Usage:')} {ctx.command_path} COMMAND [OPTIONS]")
     for task, names in group.tasks.items():
         yield from ("", _head(task))
-        yield from _table([(name, _first(group.commands[name].help or "")) for name in names], 10)
+        yield from _table([(name, _first(group.commands[name].help or "")) for name in names], 11)
     yield from _options(group, ctx)
     yield from ("", f"{ctx.command_path} COMMAND --help tells more of a command.")
     yield from _epilog(group)

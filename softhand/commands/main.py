@@ -18,6 +18,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
     energy,
+    equilibrium,
     export,
     film,
     grasp,

@@ -31,7 +31,7 @@ from softhand.errors import RecordingError, SimulationStopped
 
 if TYPE_CHECKING:
     from softhand.assembly.resolve import Setup
-    from softhand.closed_loop.growing import Growing
+    from softhand.margins.growing import Growing
     from softhand.recording.recording import Recording
     from softhand.scenario.scenario import Scenario
     from softhand.sensing.observation import Observation
@@ -144,7 +144,7 @@ def _prepare(scenario: Scenario, quiet: bool) -> tuple[Setup, Simulation, Growin
     from softhand.assembly.resolve import resolve
     from softhand.assembly.target import doubts_of_target
     from softhand.checks.scenario import doubts_of_start
-    from softhand.closed_loop.growing import growing
+    from softhand.margins.growing import growing
 
     setup = resolve(scenario)
     grows = None if quiet else growing(setup)
@@ -165,7 +165,7 @@ def _of_urdfs(setup: Setup) -> Iterator[str]:
 
 def _what_grew(stop: SimulationStopped, setup: Setup) -> str:
     """Why a run was lost, if its loop was unstable."""
-    from softhand.closed_loop.growing import growing_run
+    from softhand.margins.growing import growing_run
 
     whole = setup.scenario.record.variables is None
     grew = growing_run(stop.recording, setup) if whole and stop.reason != "interrupted" else None
@@ -234,7 +234,7 @@ def _print_summary(
 
 def _print_growth(recording: Recording, setup: Setup, grows: Growing | None, printer: Printer) -> None:
     """Whether the loop grew, as was foretold or not."""
-    from softhand.closed_loop.growing import growing_run
+    from softhand.margins.growing import growing_run
 
     grew = None if printer.quiet else growing_run(recording, setup, grows)
     if grew:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -10,7 +11,7 @@ import typer
 from softhand.commands.app import command
 from softhand.commands.console import Printer, say_compiling
 from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, complete_scenarios
-from softhand.commands.places import check_figure, figure_of, name_of
+from softhand.commands.places import check_figure, figure_of, figure_of_run, name_of
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
 
@@ -75,7 +76,10 @@ def squeeze(
         raise typer.BadParameter(
             "any attitude has all others in it; leave one of the two out.", param_hint="--attitude"
         )
-    check_figure(out)
+    if of_run:
+        target = figure_of_run(Path(scenario), "squeeze.png", out)
+    else:
+        check_figure(out)
     source = load_run(scenario) if of_run else chosen_scenario(scenario, changes, law, controller)
     say_compiling(quiet)
     from softhand.holding.margin import slip_margin
@@ -98,10 +102,10 @@ def squeeze(
         printer.table(f"{scenario}: margin to slip", slip.rows())
     if found.refusal is not None:
         raise found.refusal
-    target = figure_of(scenario, "squeeze", out)
     if slip is not None:
         figure = draw_margin(slip, f"Margin to slip of {name}")
     else:
+        target = figure_of(scenario, "squeeze", out)
         figure = draw_squeeze(
             squeeze_curve(source, at, **asked), f"Squeeze that holds the loads, by the margin: {name}"
         )

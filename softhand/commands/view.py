@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import command
-from softhand.commands.console import Printer, say
+from softhand.commands.console import Printer, say, say_compiling
 from softhand.commands.options import Plugins, Quiet, Run
 from softhand.commands.runs import load_run
 from softhand.errors import SofthandError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softhand.recording.recording import Recording
     from softhand.viewer.live.page import Page
     from softhand.viewer.meshcat.viewer import MeshcatViewer
+    from softhand.viewer.scene.ellipsoids import Ellipsoids
 
 Speed = Annotated[float, typer.Option(metavar="FACTOR", help="Times real time.")]
 Host = Annotated[
@@ -45,6 +46,9 @@ def view(
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Play it in meshcat, as an animation that can be stopped and wound there.")
     ] = False,
+    stiffness: Annotated[
+        bool, typer.Option("--stiffness", help="Also how the held object gives way, with locked joints, as ellipsoids.")
+    ] = False,
     plugins: Plugins = [],  # noqa: B006  typer copies it
     quiet: Quiet = False,
 ) -> None:
@@ -58,9 +62,12 @@ def view(
     run = load_run(recording)
     if meshcat:
         refuse_host(host)
+        if stiffness:
+            raise SofthandError("--stiffness: is not drawn in meshcat; leave one of both out.", value="stiffness")
         _play_in_meshcat(run, speed, once, port, open_page, printer)
         return
-    with Replay(run, speed, once, host, port) as replay:
+    found = _ellipsoids(run, quiet) if stiffness else ()
+    with Replay(run, speed, once, host, port, found) as replay:
         printer.incomplete(run)
         show_page(replay, open_page, quiet)
         replay.play()
@@ -68,6 +75,13 @@ def view(
             replay.wait()
         except KeyboardInterrupt:
             printer.say("viewer closed")
+
+
+def _ellipsoids(run: Recording, quiet: bool) -> tuple[Ellipsoids, ...]:
+    say_compiling(quiet)
+    from softhand.viewer.scene.ellipsoids import ellipsoids_of
+
+    return ellipsoids_of(run)
 
 
 def refuse_host(host: str) -> None:

@@ -7,9 +7,9 @@ limits are passed,
              - log [most - sum f_z + e] - sum log [effort -+ T + e effort / F] - log e
 
 by Newton's method, for w that grows by steps up to W. Then sum f_z is above the least by no more than the number of
-limits, cones counted twice, over W; and it is a smooth function of the load, which a vertex of a cone program is not. e
-is as good as zero while some squeeze holds: M = 20 / k is above its price. Q is that of the limit surface where the last
-squeeze loads it, see `contact.limit`.
+limits, cones counted twice, over W; and it is a smooth function of the load, which a vertex of a cone program is not.
+e is as good as zero while some squeeze holds: M = 20 / k is above its price. Q is that of the limit surface where the
+last squeeze loads it, see `contact.limit`.
 
 Sources: Buss, Hashimoto, Moore, Dextrous Hand Grasping Force Optimization (1996), for the barrier of friction cones;
 Boyd, Vandenberghe, Convex Optimization (2004), chapter 11, for its path.

@@ -96,8 +96,6 @@ def linearize(
         ScenarioWarning: the scenario has delays, holds, filters or drives, which the closed loop leaves out.
     """
     at = find_situation(source, sample, state, torque, controller, law, overrides, values)
-    keep = _kept(outputs, at)
-    chosen = find_parameters(at, parameters)
     ideal = left_out(at.setup.scenario) if closed else []
     if ideal:
         warnings.warn(
@@ -106,6 +104,15 @@ def linearize(
             ScenarioWarning,
             stacklevel=2,
         )
+    return linearize_at(at, parameters, outputs, closed)
+
+
+def linearize_at(
+    at: Situation, parameters: Iterable[str] = (), outputs: Iterable[str] = (), closed: bool = False
+) -> Linearization:
+    """As `linearize`, where the place is known already."""
+    keep, names = _kept(outputs, at), [parameters] if isinstance(parameters, str) else list(parameters)
+    chosen = find_parameters(at.setup.scenario, at.plant.world, names) if names else []
     return _Work(at, keep, closed).linearization(chosen)
 
 
@@ -126,7 +133,7 @@ class _Work:
     def __init__(self, at: Situation, keep: Keep, closed: bool) -> None:
         self.at, self.keep, self.closed = at, keep, closed
         self.n, self.slides = at.plant.world.n_joints, at.slides
-        self.period = at.periods * at.setup.scenario.control_period
+        self.period = at.period
         self.switches: list[Switch] = []
         self.model = self._model(at.plant, straight=True)
         self.observer = self._observer(Varied(at.plant, at.probe, at.setup.controller))
@@ -175,7 +182,7 @@ class _Work:
                 key="stepper.name", value=name,
             )  # fmt: skip
         steps = round(self.period / stepper.step)
-        pushes = [Push(**push.model_dump()) for push in at.setup.scenario.push]
+        pushes = [Push(**push.model_dump()) for push in at.setup.scenario.push] if at.held is None else []
         return PeriodModel(plant, (stepper, KINDS[type(stepper)]), steps, at.state, at.torque, pushes, straight)
 
     def _observer(self, varied: Varied) -> Observer:

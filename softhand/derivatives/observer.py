@@ -54,6 +54,8 @@ class Observer:
         self.held: Array = np.concatenate([[], *numbers_of(memory)]) if controller else np.zeros(0)
         observation = probe.at(state, state.time)
         self.effort_limit, self._sizes = observation.effort_limit.copy(), observation.known.sizes
+        self._segments = keep.segments(self._sizes)
+        self._unmoved = self._row(observation), _sides(probe)
 
     def at(
         self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
@@ -67,8 +69,11 @@ class Observer:
             if share:
                 state = State(state.q, state.v, less_shear(self._probe.plant, state.z, share), state.time)
             moved = _moved(self._probe, state, self._remembered, j, h)
-            rows.append(self._row(self._probe.at(moved, state.time)))
-            sides.append(_sides(self._probe))
+            row, side = self._unmoved
+            if moved is not self._state:
+                row, side = self._row(self._probe.at(moved, state.time)), _sides(self._probe)
+            rows.append(row)
+            sides.append(side)
             memory = self._memory
             if j >= s:
                 values = self.held.copy()
@@ -80,8 +85,7 @@ class Observer:
 
     def _row(self, observation: Observation) -> Array:
         """As the compiled loop has it: time, what is observed, torque, whether it was cut, push."""
-        segments = self._keep.segments(observation.known.sizes)
-        parts = [observation.block[begin : begin + size] for begin, size in segments]
+        parts = [observation.block[begin : begin + size] for begin, size in self._segments]
         push = np.zeros(len(self._state.v))
         return np.concatenate([[observation.time], *parts, self._torque, np.zeros_like(self._torque), push])
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.derivatives.situation import Situation
 from softhand.errors import ScenarioError
+from softhand.model.world import World
+from softhand.recording.units import slides_in
 from softhand.scenario.keywords import all_keys, full_keys
 from softhand.scenario.scenario import Scenario
 from softhand.scenario.values import list_values
@@ -32,8 +33,8 @@ class Parameter(NamedTuple):
 
     name: str
     key: str
-    place: int | None
-    """In the list that the key has; None for a key that has one number."""
+    place: tuple[int, ...]
+    """In the list that the key has, or in the lists of it; empty for a key that has one number."""
     value: float
     step: float
     """Of its differences."""
@@ -43,24 +44,38 @@ class Parameter(NamedTuple):
 
     def moved(self, amount: float) -> dict[str, Any]:
         """The key with the number moved, for `Scenario.with_values`."""
-        if self.place is None:
-            return {self.key: self.value + amount}
-        values = list(self.whole)
-        values[self.place] += amount
-        return {self.key: values}
+        return {self.key: _beside(self.whole, self.place, amount)}
+
+    @property
+    def written(self) -> Any:
+        """The number as the scenario has it."""
+        number = self.whole
+        for k in self.place:
+            number = number[k]
+        return number
 
 
-def find_parameters(situation: Situation, names: Iterable[str]) -> list[Parameter | str]:
+def _beside(whole: Any, place: tuple[int, ...], amount: float) -> Any:
+    """Lists, or a number, with one number of them moved."""
+    if not place:
+        return whole + amount
+    first, *rest = place
+    return [_beside(part, tuple(rest), amount) if k == first else part for k, part in enumerate(whole)]
+
+
+def find_parameters(scenario: Scenario, world: World, names: Iterable[str]) -> list[Parameter | str]:
     """Parameters by key, and `WRENCH` as it is.
 
     Args:
-        situation: of the scenario.
-        names: dotted keys, or the last part of one; a key that has a list of numbers gives one parameter each.
+        scenario: with the defaults of all plugins written out.
+        world: that it makes.
+        names: dotted keys, or the last part of one; a key that has a list of numbers gives one parameter each, or
+            those of a place in it, `contact_points[0][1]`.
 
     Raises:
         ScenarioError: there is no such key, or its value is no number; names what is near.
     """
-    scenario = situation.setup.scenario
+    slides = np.array([name in slides_in(world.hand_text) for name in world.joint_names])
     table = scenario.model_dump(exclude_none=True)
     known = [*all_keys(table, Scenario), WRENCH]
     found: list[Parameter | str] = []
@@ -68,13 +83,21 @@ def find_parameters(situation: Situation, names: Iterable[str]) -> list[Paramete
         if name == WRENCH:
             found.append(WRENCH)
             continue
-        key = _key(name, table, known)
+        stem, bracket, rest = name.partition("[") if isinstance(name, str) else (name, "", "")
+        key = _key(stem, table, known)
         whole = _value(key, table)
         if whole is None and key == "object.mass":
-            model = situation.plant.world.model
-            whole = float(model.inertias[situation.plant.world.object_joint].mass)
+            whole = float(world.model.inertias[world.object_joint].mass)
             scenario = scenario.with_values({key: whole})
-        found += _numbers(key, whole, _unit(scenario, situation.slides, key))
+        every = _numbers(key, whole, _unit(scenario, slides, key))
+        chosen = f"{key}{bracket}{rest}"
+        some = [one for one in every if not bracket or one.name == chosen or one.name.startswith(f"{chosen}[")]
+        if not some:
+            raise ScenarioError(
+                f"parameters: {name} is no part of {key}; there are {every[0].name} to {every[-1].name}.",
+                key="parameters", value=name,
+            )  # fmt: skip
+        found += some
     return found
 
 
@@ -115,15 +138,25 @@ def _unit(scenario: Scenario, slides: NDArray[np.bool_], key: str) -> str:
 
 
 def _numbers(key: str, whole: Any, unit: str) -> list[Parameter]:
-    if _is_number(whole):
-        value = float(whole)
-        return [Parameter(key, key, None, value, _SHARE * abs(value) or _LEAST, unit, whole)]
-    if isinstance(whole, list | tuple) and whole and all(map(_is_number, whole)):
-        step = _SHARE * max(abs(float(value)) for value in whole) or _LEAST
-        return [Parameter(f"{key}[{k}]", key, k, float(value), step, unit, whole) for k, value in enumerate(whole)]
+    places = list(_places(whole))
+    if places and all(_is_number(number) for _, number in places):
+        step = _SHARE * max(abs(float(number)) for _, number in places) or _LEAST
+        return [
+            Parameter(key + "".join(f"[{k}]" for k in place), key, place, float(number), step, unit, whole)
+            for place, number in places
+        ]
     what = "is not set" if whole is None else f"is {show(whole)}"
     remedy = "set it in the scenario" if whole is None else "choose a key whose value is a number"
     raise ScenarioError(f"parameters: {key} {what}, which is no number; {remedy}.", key="parameters", value=key)
+
+
+def _places(whole: Any, before: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
+    """Where in lists, and lists of lists, what lies."""
+    if not isinstance(whole, list | tuple):
+        yield before, whole
+        return
+    for k, part in enumerate(whole):
+        yield from _places(part, (*before, k))
 
 
 def _is_number(value: Any) -> bool:

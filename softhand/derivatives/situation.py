@@ -43,6 +43,7 @@ class Situation:
         memory: of the controller before it speaks.
         torque: held from there on, within the effort limits [N m, N], shape (n,).
         law: at all tips in place of those of the scenario, if any.
+        held: for how long the torque is held, without pushes from outside [s]; None for what the scenario says.
     """
 
     setup: Setup
@@ -52,6 +53,7 @@ class Situation:
     memory: Any
     torque: Array
     law: Law | None = None
+    held: float | None = None
 
     @property
     def slides(self) -> NDArray[np.bool_]:
@@ -59,9 +61,12 @@ class Situation:
         return slides_of(self.plant.world)
 
     @property
-    def periods(self) -> int:
-        """Control periods for which a torque is held."""
-        return whole_periods(self.setup.controller, self.setup.scenario.control_period)
+    def period(self) -> float:
+        """For which a torque is held [s]."""
+        if self.held is not None:
+            return self.held
+        control_period = self.setup.scenario.control_period
+        return whole_periods(self.setup.controller, control_period) * control_period
 
 
 def find_situation(
@@ -145,23 +150,39 @@ def _of_recording(recording: Recording, setup: Setup, sample: int) -> Situation:
     plant, probe = _empty(setup)
     check_states(plant, recording, "joint_torque", "is_slipping")
     k = _place(sample, len(recording), "the recording")
-    time = float(recording.time[k])
-    for name in (*_RECORDED, "joint_torque"):
-        values = recording[name][k]
+    state = relaxed_state(plant, recording, k, "joint_torque")
+    memory = setup.controller.start(probe.seen(state, state.time))
+    return Situation(setup, plant, probe, state, memory, recording.joint_torque[k].copy())
+
+
+def relaxed_state(plant: Plant, recording: Recording, sample: int, *names: str) -> State:
+    """The state of a sample at its time, what relaxing dampings remember taken as relaxed.
+
+    Args:
+        plant: of the recording.
+        recording: checked by `check_states`.
+        sample: from 0.
+        names: of further variables that have to be numbers there.
+
+    Raises:
+        RecordingError: it has no number there.
+    """
+    time = float(recording.time[sample])
+    for name in (*_RECORDED, *names):
+        values = recording[name][sample]
         if not np.all(np.isfinite(values)):
             bad = values[~np.isfinite(values)][0]
             raise RecordingError(
-                f"sample {k} (t = {time:g} s): {name} has {bad}, which is no number; choose an earlier sample.",
+                f"sample {sample} (t = {time:g} s): {name} has {bad}, which is no number; choose an earlier sample.",
                 file=None,
             )
-    state = replace(recorded_state(plant, recording, k), time=time)
+    state = replace(recorded_state(plant, recording, sample), time=time)
     relax_memory(plant, state)
-    slips = np.concatenate([recording[name][k] for name in _SLIPS if name in recording.variables])
+    slips = np.concatenate([recording[name][sample] for name in _SLIPS if name in recording.variables])
     for z, pad, slipped in zip(state.z, plant.pads, slips, strict=False):
         if pad["slip_column"] >= 0:
             z[pad["slip_column"]] = slipped
-    memory = setup.controller.start(probe.seen(state, time))
-    return Situation(setup, plant, probe, state, memory, recording.joint_torque[k].copy())
+    return state
 
 
 def _place(sample: Any, count: int, where: str) -> int:

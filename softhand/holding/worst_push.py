@@ -52,8 +52,8 @@ class WorstPush(Record):
 
     Attributes:
         kind: "force", through the centre of mass, or "moment".
-        profile: "ramp", grown without a jerk in 0.6 s and held for 0.3 s; or "step", all at once and held for 0.5 s, where
-            the overshoot counts.
+        profile: "ramp", grown without a jerk in 0.6 s and held for 0.3 s; or "step", all at once and held for 0.5 s,
+            where the overshoot counts.
         directions: unit vectors in base axes, shape (directions, 3).
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
@@ -139,9 +139,9 @@ def worst_push(
     """The largest push in each direction that the start of a scenario survives under its controller.
 
     The reference is held at the start, or where the controller has come to rest. How the contact forces answer is
-    linear near rest, `linear`; that tells how far to push. Then each direction is pushed in the compiled loop with
-    everything that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what
-    lets no tip slip or lift and does not end the run. What is lost comes down until it is survived, closer for the worst
+    linear near rest, `linear`; that tells how far to push. Then each direction is pushed in the compiled loop with all
+    that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what lets no tip
+    slip or lift and does not end the run. What is lost comes down until it is survived, closer for the worst
     directions, and around the worst others are tried.
 
     A ramp grows without a jerk in 0.6 s and is held for 0.3 s: slow beside the motions of the loop, so that the answer
@@ -196,7 +196,7 @@ def worst_push(
 
 
 def _at_rest(scenario: Scenario) -> tuple[HeldStart, float]:
-    """Where a grasp rests under its controller, and when it does [s]: at the start, or where the controller takes it."""
+    """Where a grasp rests under its controller, and when [s]: at the start, or where the controller takes it."""
     held_there(look(scenario))
     try:
         run = simulate(held_scenario(scenario, _PILOT))

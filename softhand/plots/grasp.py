@@ -13,20 +13,23 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from softhand.closed_loop.grasp_stiffness import GraspStiffness
 from softhand.grasping.quality import GraspQuality
 from softhand.plots.grasp_fingers import FORCE, ForceScale, Touch, draw_finger, draw_touch
 from softhand.plots.grasp_object import Hull, draw_object, hull_of
+from softhand.plots.grasp_stiffness import draw_ellipsoids, handles
 from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
 from softhand.plots.style import STYLE, WARNING, finger_color
 from softhand.plots.view import View, draw_arrow, name_axis, view_from
 
 _HEIGHT = 6.0  # [in]
 _LONGEST = 0.75  # of the longest arrow, over the characteristic length of the object
+_WIDEST = 1.1  # of the longest semi-axis of a compliance, likewise
 _WEIGHT = "0.45"
 _OBLIQUE = -62.0, 22.0  # [deg] azimuth and elevation
 
 
-def draw_grasp(quality: GraspQuality, title: str) -> Figure:
+def draw_grasp(quality: GraspQuality, title: str, stiffness: GraspStiffness | None = None) -> Figure:
     """Three views of a grasp.
 
     The height of a friction cone is the normal force and its base is mu times as wide: the arrow of the contact force
@@ -35,24 +38,29 @@ def draw_grasp(quality: GraspQuality, title: str) -> Figure:
     Args:
         quality: of a scenario.
         title: of the figure.
+        stiffness: of the held object, drawn as ellipsoids of its compliance.
     """
     with rc_context(STYLE):
         figure = new_figure(_HEIGHT)
         warning = "" if quality.refusal is None else f"No grasp at rest: {quality.refusal}"
         draw_legend(figure, _handles(quality), from_top(figure, 0.34), loc="upper left")
+        if stiffness is not None:
+            draw_legend(figure, handles(stiffness), from_top(figure, 0.58), loc="upper left")
         lines = 1 + len(textwrap.wrap(warning, 145)) if warning else 0
-        top = draw_title(figure, title, warning) - 0.02 - 0.004 * lines
+        top = draw_title(figure, title, warning) - 0.02 - 0.004 * lines - (0.03 if stiffness else 0.0)
         grid = figure.add_gridspec(2, 2, width_ratios=(1.75, 1.0), left=0.012, right=0.985, top=top, bottom=0.085,
                                    wspace=0.16, hspace=0.30)  # fmt: skip
         oblique = figure.add_subplot(grid[:, 0])
         hull, view = hull_of(quality.shape), _view(quality, *_OBLIQUE)
         _draw(oblique, quality, hull, view)
+        _draw_giving(oblique, quality, stiffness, view)
         _draw_compass(oblique, view)
         _write_figures(oblique, quality)
         front, above = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         for axes, name, elevation in ((front, "from the front", 0.0), (above, "from above", 90.0)):
             view = _view(quality, -90.0, elevation)
             _draw(axes, quality, hull, view)
+            _draw_giving(axes, quality, stiffness, view)
             axes.set_title(name, loc="left")
             name_axis(axes.xaxis, view.right, "to the right")
             name_axis(axes.yaxis, view.up, "upwards" if axes is front else "to the back")
@@ -93,6 +101,11 @@ def _draw(axes: Axes, quality: GraspQuality, hull: Hull, view: View) -> None:
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     axes.margins(0.04)
+
+
+def _draw_giving(axes: Axes, quality: GraspQuality, stiffness: GraspStiffness | None, view: View) -> None:
+    if stiffness is not None:
+        draw_ellipsoids(axes, view, stiffness, _WIDEST * 1e3 * quality.contacts.length)
 
 
 def _draw_compass(axes: Axes, view: View) -> None:

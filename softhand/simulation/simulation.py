@@ -191,7 +191,10 @@ class Simulation:
         self._pushes.add(Push(force, moment, on, point))
 
     def sample(self) -> Observation:
-        """Observe, ask the controller, apply the effort limits.
+        """Observe, measure if there are instruments, ask the controller, apply the effort limits or what drives do.
+
+        Returns:
+            What the controller sees; live.
 
         Raises:
             ControllerError: the controller raised, or returned no torque.

@@ -16,6 +16,7 @@ from softhand.viewer.live.page import Page
 from softhand.viewer.live.readings import readings
 from softhand.viewer.live.server import DEFAULT_PORT, LOOPBACK
 from softhand.viewer.live.stream import Words, describe, encode
+from softhand.viewer.scene.ellipsoids import Ellipsoids, ellipsoids_of
 from softhand.viewer.scene.recorded import RecordedScene
 from softhand.viewer.scene.samples import recorded_moment
 
@@ -32,6 +33,7 @@ class Replay(Page):
         once: stop at the end instead of starting again.
         host: interface to listen on; by default this machine alone can see the page.
         port: the first to try.
+        stiffness: how the object gives way, see `ellipsoids_of`; not drawn without.
 
     Raises:
         RecordingError: the recording lacks what a picture needs.
@@ -45,9 +47,10 @@ class Replay(Page):
         once: bool = False,
         host: str = LOOPBACK,
         port: int = DEFAULT_PORT,
+        stiffness: tuple[Ellipsoids, ...] = (),
     ) -> None:
         self._speed, self._once = checked_speed(speed), once
-        scene = self._recorded = RecordedScene(recording)
+        scene = self._recorded = RecordedScene(recording, stiffness=stiffness)
         self._times = scene.times
         self._lock = threading.Lock()
         self._playing, self._position, self._since = True, 0.0, clock.perf_counter()
@@ -117,6 +120,7 @@ def view(
     once: bool = False,
     host: str = LOOPBACK,
     port: int = DEFAULT_PORT,
+    stiffness: bool = False,
 ) -> Replay:
     """Replay a recording on a page, in the background.
 
@@ -129,6 +133,7 @@ def view(
         once: stop at the end instead of starting again.
         host: interface to listen on; by default this machine alone can see the page.
         port: the first to try; busy ones are passed over.
+        stiffness: whether the compliance of the held object, with locked joints, is drawn as ellipsoids.
 
     Raises:
         RecordingError: it cannot be read, or lacks what a picture needs.
@@ -136,4 +141,5 @@ def view(
     """
     if not isinstance(recording, Recording):
         recording = Recording.load(recording)
-    return Replay(recording, speed, once, host, port)
+    found = ellipsoids_of(recording) if stiffness else ()
+    return Replay(recording, speed, once, host, port, found)

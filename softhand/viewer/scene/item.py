@@ -27,6 +27,7 @@ LAYERS: dict[str, str] = {
     "trails": "Trails",
     "desired": "Desired pose",
     "internal": "Internal forces",
+    "stiffness": "Compliance",
 }
 """Title of each layer, by its key."""
 

@@ -44,6 +44,8 @@ def make_legend(scales: Scales, slip_hold: float | None) -> list[Entry]:
         Entry("Contact disc, radius √(r² - R²)", (palette.DISC,), "tips"),
         Entry("Where the contact has been", (palette.TRAIL,), "trails"),
         Entry("Where the object is wanted", (palette.DESIRED,), "desired"),
+        Entry("How it gives way to a force, longest softest", (palette.GIVES,), "stiffness"),
+        Entry("How a couple turns it, longest softest", (palette.TURNS,), "stiffness"),
     ]
     if slip_hold is None:
         beyond = Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces")

@@ -24,6 +24,7 @@ DISC, TRAIL = rgb("#e6eef8"), rgb("#10151c")
 TORSION, INTERNAL, DESIRED = rgb("#a3308f"), rgb("#2f6fb0"), rgb("#007c89")
 RAMP = (rgb("#009E73"), rgb("#F0E442"), rgb("#D55E00"))
 SLIPPING = rgb("#7a0026")
+GIVES, TURNS = rgb("#7b3fa0"), rgb("#a8155f")
 SLIP, SUPPORT = rgb("#e4002b"), rgb("#5b4a8a")
 _ROUNDED = 1e-9  # a tip that slips is on the limit
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from softhand.recording.recording import Recording
 from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
 from softhand.settings.settings import read_settings
+from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import Update
 from softhand.viewer.scene.moment import Past
 from softhand.viewer.scene.parts.table import Plane
@@ -41,15 +43,22 @@ class RecordedScene(Scene):
         recording: what is shown.
         scales: of several recordings that are compared, see `shared_scales`; by default those of this one.
         slip_hold: how long the mark of a slip stays [s].
+        stiffness: how the object gives way, see `ellipsoids_of`; not drawn without.
 
     Raises:
         RecordingError: the recording lacks what a picture needs.
         ScenarioError: the coupling of the joints in its scenario cannot be read.
     """
 
-    def __init__(self, recording: Recording, scales: Scales | None = None, slip_hold: float = SLIP_HOLD) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        scales: Scales | None = None,
+        slip_hold: float = SLIP_HOLD,
+        stiffness: tuple[Ellipsoids, ...] = (),
+    ) -> None:
         scales = scales or shared_scales([recording])
-        super().__init__(_cast_of(recording, slip_hold), scales)
+        super().__init__(replace(_cast_of(recording, slip_hold), stiffness=stiffness), scales)
         self.times = recording.time
         self._recording = recording
         self._path, self._since_slip = _path_of(recording), _since_slip(recording)

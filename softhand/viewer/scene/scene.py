@@ -20,6 +20,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
 from softhand.viewer.scene import palette
 from softhand.viewer.scene.camera import Bounds, open_side, sphere_around
+from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import LAYERS, Item, Part, Update
 from softhand.viewer.scene.legend import make_legend
 from softhand.viewer.scene.moment import Moment, Past
@@ -27,6 +28,7 @@ from softhand.viewer.scene.parts.forces import Forces, InternalForces, Supports
 from softhand.viewer.scene.parts.hand import Hand
 from softhand.viewer.scene.parts.object import DesiredPose, Object
 from softhand.viewer.scene.parts.slips import Slips
+from softhand.viewer.scene.parts.stiffness import Stiffness
 from softhand.viewer.scene.parts.table import Plane, Table
 from softhand.viewer.scene.parts.tips import Tips
 from softhand.viewer.scene.parts.torsion import Torsion
@@ -56,6 +58,7 @@ class Cast:
         supports: names of the supports.
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
         coupling: of the hand's joints to motors, beside what its URDF says.
+        stiffness: how the object gives way, from which time on.
     """
 
     hand: Urdf
@@ -68,6 +71,7 @@ class Cast:
     supports: tuple[str, ...] = ()
     slip_hold: float | None = None
     coupling: CouplingTable | None = None
+    stiffness: tuple[Ellipsoids, ...] = ()
 
 
 class Scene:
@@ -133,6 +137,7 @@ class Scene:
             Trails(tips, unit),
             DesiredPose(body, unit),
             InternalForces(contact_pairs(len(tips)), unit, scales.internal_force),
+            Stiffness(cast.stiffness, unit),
         ]
 
     def _read(self, urdf: Urdf) -> list[Visual]:

@@ -14,10 +14,11 @@ import numpy as np
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import recorded_scenario
 from softhand.assembly.resolve import Setup, resolve
-from softhand.closed_loop.loop import ROUNDING, close_loop
-from softhand.closed_loop.remedies import Remedy, find_remedies
-from softhand.closed_loop.start import HeldStart, goal_of, held_at, held_end, resting_since
+from softhand.closed_loop.start import goal_of, resting_since
 from softhand.errors import GraspError, SofthandError
+from softhand.margins.loop import NEUTRAL, acceleration_at, close_loop
+from softhand.margins.place import END, Place, held_pose, place_in
+from softhand.margins.remedies import Remedy, find_remedies
 from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
 from softhand.recording.recording import Recording
@@ -28,6 +29,7 @@ FOLD = 1e3
 """Growth of a small motion within a run from which it is told: a disturbance of 1 um is 1 mm by then."""
 
 
+_AT = "a pose at which the reference rests"
 _AT_REST = 1e-3  # [m/s^2 or rad/s^2] of a grasp that the controller keeps
 
 
@@ -51,7 +53,7 @@ class Growing(Record):
     begin: float
     end: float
     exponent: float
-    poses: tuple[HeldStart, ...]
+    poses: tuple[Place, ...]
 
     def short(self) -> str:
         """The figures in one sentence."""
@@ -122,7 +124,7 @@ def growing_run(recording: Recording, setup: Setup | None = None, expected: Grow
         begin = resting_since(setup.reference.start(read_start(setup.scenario)), end)
         if begin is None or not len(recording) or (recording.complete and not _has_grown(recording, begin)):
             return expected
-        node = _Node(held_end(recording, setup), math.inf)
+        node = _Node(place_in(recording, END, setup), math.inf)
     except SofthandError:
         return None
     exponent = node.rate * (end - begin)
@@ -141,19 +143,18 @@ def _has_grown(recording: Recording, begin: float) -> bool:
 class _Node:
     """A pose, whose rate of growth is found when it is asked for."""
 
-    def __init__(self, held: HeldStart, at_rest: float = _AT_REST) -> None:
+    def __init__(self, held: Place, at_rest: float = _AT_REST) -> None:
         self.held, self._at_rest = held, at_rest
 
     @cached_property
     def rate(self) -> float:
         """Growth with the torque held [1/s]; zero where the controller cannot be asked, or does not keep the rest."""
         try:
-            loop = close_loop(self.held)
-            rate = loop.held_growth(self.held.period)
+            rate = close_loop(self.held).growth
+            is_restless = np.max(np.abs(acceleration_at(self.held))) > self._at_rest
         except Exception:
             return 0.0
-        is_restless = np.max(np.abs(loop.model.acceleration)) > self._at_rest
-        return 0.0 if is_restless or abs(rate) < ROUNDING else rate
+        return 0.0 if is_restless or abs(rate) < NEUTRAL else rate
 
 
 def _nodes(setup: Setup, end: float) -> Iterator[tuple[float, _Node | None]]:
@@ -172,17 +173,17 @@ def _nodes(setup: Setup, end: float) -> Iterator[tuple[float, _Node | None]]:
         yield time, known[name]
 
 
-def _pose(setup: Setup, goal: Goal, start: Goal, time: float) -> HeldStart | None:
+def _pose(setup: Setup, goal: Goal, start: Goal, time: float) -> Place | None:
     """The grasp at rest that is asked for, if there is one."""
     if np.array_equal(goal.row(), start.row()):
-        return held_at(setup, goal, setup.grasp.state, time)
+        return held_pose(setup, goal, setup.grasp.state, time, _AT)
     grasp = setup.scenario.grasp
     if goal.opening or goal.carried < 1.0 or not np.any(goal.internal_force):
         return None
     position, rpy = np.split(np.asarray(goal.coordinates), 2)
     where: tuple[Any, ...] = (grasp.contact_points, goal.internal_force, position, rotation_of(rpy), grasp.joint_guess)
     try:
-        return held_at(setup, goal, solve_grasp(setup.world, setup.fingertips, *where).state, time)
+        return held_pose(setup, goal, solve_grasp(setup.world, setup.fingertips, *where).state, time, _AT)
     except GraspError:
         return None
 

@@ -7,12 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from softhand.assembly.probe import Probe
-from softhand.closed_loop.loop import ROUNDING, close_loop
-from softhand.closed_loop.start import HeldStart
 from softhand.dampings.damping import Damping
 from softhand.dampings.kelvin_voigt import KelvinVoigt
-from softhand.plant.plant import Plant
+from softhand.margins.gains import is_gain, times
+from softhand.margins.loop import NEUTRAL, close_loop
+from softhand.margins.place import Place
 
 _SMALL, _LARGE = (0.5, 2.0), (0.25, 4.0, 0.125, 8.0, 16.0)  # factors on a gain
 _SHORTER = (2, 4, 5, 10)
@@ -33,12 +32,12 @@ class Remedy:
     rate: float
 
 
-def find_remedies(poses: Sequence[HeldStart]) -> list[Remedy]:
+def find_remedies(poses: Sequence[Place]) -> list[Remedy]:
     """At most two single changes with which no small motion about some poses grows, the gentler ones first.
 
     A gain of the controller halved or doubled, tips that damp, a control period down to a tenth, other factors.
     """
-    gains = {name: value for name, value in dict(poses[0].controller).items() if name != "period" and _is_gain(value)}
+    gains = {name: value for name, value in dict(poses[0].controller).items() if name != "period" and is_gain(value)}
     found: dict[str, Remedy] = {}
     for name, setting, changed in _changes(poses, gains):
         rate = math.inf if name in found else _slowest(changed)
@@ -49,35 +48,35 @@ def find_remedies(poses: Sequence[HeldStart]) -> list[Remedy]:
     return list(found.values())
 
 
-def _changes(poses: Sequence[HeldStart], gains: Mapping[str, Any]) -> Iterator[tuple[str, str, Sequence[HeldStart]]]:
+def _changes(poses: Sequence[Place], gains: Mapping[str, Any]) -> Iterator[tuple[str, str, Sequence[Place]]]:
     """What is changed, the setting, and the poses with it."""
     yield from _other_gains(poses, gains, _SMALL)
-    if all(type(tip.damping) is Damping for tip in poses[0].probe.plant.fingertips):
+    if all(type(tip.damping) is Damping for tip in poses[0].setup.fingertips):
         yield "damping", 'fingertip.damping = {name = "kelvin-voigt"}', [_damped(pose) for pose in poses]
     key = "control_period" if poses[0].controller.period is None else "controller.period"
     for share in _SHORTER:
         period = poses[0].period / share
         setting = f"{key} = {period:g} and stepper.step = {period:g}"
-        yield key, setting, [replace(pose, period=period) for pose in poses]
+        yield key, setting, [replace(pose, held=period) for pose in poses]
     yield from _other_gains(poses, gains, _LARGE)
 
 
 def _other_gains(
-    poses: Sequence[HeldStart], gains: Mapping[str, Any], factors: Sequence[float]
-) -> Iterator[tuple[str, str, Sequence[HeldStart]]]:
+    poses: Sequence[Place], gains: Mapping[str, Any], factors: Sequence[float]
+) -> Iterator[tuple[str, str, Sequence[Place]]]:
     for factor in factors:
         for name, value in gains.items():
-            other = _times(factor, value)
+            other = times(factor, value)
             changed = poses[0].controller.model_copy(update={name: other})
-            yield name, f"controller.{name} = {_shown(other)}", [replace(pose, controller=changed) for pose in poses]
+            yield name, f"controller.{name} = {_shown(other)}", [pose.with_controller(changed) for pose in poses]
 
 
-def _slowest(poses: Sequence[HeldStart]) -> float:
+def _slowest(poses: Sequence[Place]) -> float:
     """Largest rate at any of the poses, or the first that is not below zero [1/s]."""
     slowest = -math.inf
     for pose in poses:
         try:
-            slowest = max(slowest, close_loop(pose).held_growth(pose.period))
+            slowest = max(slowest, close_loop(pose).growth)
         except Exception:  # the controller cannot be asked with such a value
             return math.inf
         if not _holds(slowest):
@@ -86,25 +85,14 @@ def _slowest(poses: Sequence[HeldStart]) -> float:
 
 
 def _holds(rate: float) -> bool:
-    return rate < _SURE or abs(rate) < ROUNDING
-
-
-def _is_gain(value: Any) -> bool:
-    if isinstance(value, tuple | list):
-        return bool(value) and all(_is_gain(one) for one in value)
-    return isinstance(value, float) and value > 0.0
-
-
-def _times(factor: float, value: Any) -> Any:
-    return tuple(factor * one for one in value) if isinstance(value, tuple | list) else factor * value
+    return rate < _SURE or abs(rate) < NEUTRAL
 
 
 def _shown(value: Any) -> str:
     return f"[{', '.join(f'{one:g}' for one in value)}]" if isinstance(value, tuple) else f"{value:g}"
 
 
-def _damped(pose: HeldStart) -> HeldStart:
+def _damped(pose: Place) -> Place:
     """The pose with tips that damp; at rest they press as before."""
-    plant = pose.probe.plant
-    tips = [replace(tip, damping=KelvinVoigt()) for tip in plant.fingertips]
-    return replace(pose, probe=Probe(Plant(plant.world, tips, plant.supports), pose.probe.reference))
+    tips = [replace(tip, damping=KelvinVoigt()) for tip in pose.setup.fingertips]
+    return replace(pose, setup=replace(pose.setup, fingertips=tips))

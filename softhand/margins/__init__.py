@@ -1,0 +1,1 @@
+"""How far a closed loop is from where it is lost: modes, delay, control period, gains, noise"""
