@@ -220,8 +220,8 @@ class TapedRun:
         """Arrays that a run does not write to, but for scratch."""
         m, body = self.m, self.senses.body
         found = [m.joints, m.touch.pads, m.touch.columns, m.envelope, m.tree.joints, m.tree.gravity, body.joints,
-                 body.tip_joints, body.tip_views, body.tip_rotations, body.pairs, body.bodies, body.gravity, self.plan.effort_limit,
-                 self.plan.pushes.rows, self.plan.pushes.moves, self._numbers]  # fmt: skip
+                 body.tip_joints, body.tip_views, body.tip_rotations, body.pairs, body.bodies, body.gravity,
+                 self.plan.effort_limit, self.plan.pushes.rows, self.plan.pushes.moves, self._numbers]  # fmt: skip
         if self.law is not None:
             found += list(_arrays(self.law._arguments[1]))
         shape = getattr(self.plant.world.shape, "data", None)
