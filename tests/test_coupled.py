@@ -36,6 +36,7 @@ from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.scenario import load_scenario
 from softhand.settings.settings import read_settings
 from softhand.simulation.regulated import mobility_of
+from softhand.viewer.scene.recorded import RecordedScene
 
 Array = NDArray[np.float64]
 
@@ -494,6 +495,21 @@ def test_the_work_of_motors_is_all_the_work(name: str) -> None:
     ledger = softhand.energy_ledger(recording)
     assert ledger.exchanged > 1e-6
     assert abs(ledger.residual[-1]) < 2e-2 * ledger.exchanged
+
+
+@pytest.mark.parametrize("coupling", [None, DIFFERENTIAL])
+def test_pictures_show_all_links_where_they_are(coupling: dict[str, Any] | None) -> None:
+    """The tips of the picture are those of the run: with a mimic, and with motors that no URDF knows."""
+    name = "parallel-gripper" if coupling is None else "gripper"
+    values = {} if coupling is None else {"hand.coupling": coupling}
+    recording = softhand.simulate(load_scenario(name, {"duration": 0.05, **values}))
+    scene = RecordedScene(recording)
+    for sample in (0, -1):
+        scene.frame(sample)
+        for i, tip in enumerate(JAWS):
+            place = scene.skeleton.frame(tip)[:3, 3]
+            np.testing.assert_allclose(place, recording.tip_position[sample, i], rtol=0.0, atol=1e-12)
+    assert recording.units("joint_position") == ("m",)
 
 
 def test_many_runs_are_single_runs() -> None:
