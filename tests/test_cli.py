@@ -156,9 +156,10 @@ SHARED = {
     "plot report film export energy lyapunov",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 identify list "
     "plot view report film export energy lyapunov",
-    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability reproduce identify validate energy lyapunov list hands",
-    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 reproduce identify validate new "
-    "plot view report film export energy lyapunov",
+    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability reproduce identify validate "
+    "energy lyapunov list hands",
+    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 reproduce identify "
+    "validate new plot view report film export energy lyapunov",
 }
 """Options and the commands that have them."""
 

@@ -94,6 +94,24 @@ def test_slip_is_followed_and_told():
     assert recording.time[np.argmax(slips)] == pytest.approx(switch.time, abs=1e-9)
 
 
+def test_tips_that_lift_off_are_followed():
+    over = {"fingertip.contact": "coulomb", "duration": 0.03}
+    torque = -0.2 * softhand.simulate("hold", duration=0.03).joint_torque[:-1]
+    cost = QuadraticCost("object_position", 0.0, 1e4, terminal=True)
+    found = softhand.gradient("hold", cost, ["gravity[2]"], torque=torque, overrides=over)
+
+    def falling(g):
+        simulation = softhand.build("hold", overrides={**over, "gravity": [0.0, 0.0, g]})
+        for row in torque:
+            simulation.sample()
+            simulation.step(row)
+        return 1e4 * np.sum(simulation.sample().object_position ** 2)
+
+    lifted = {one.where for one in found.switches if one.to == "lifts off"}
+    assert lifted == {"finger_1_tip", "finger_2_tip", "finger_3_tip"}
+    assert found["gravity[2]"] == pytest.approx((falling(-9.8099) - falling(-9.8101)) / 2e-4, rel=1e-6)
+
+
 class Springs(softhand.Controller):
     """Springs at the joints towards angles beside those of the start, with an integral."""
 

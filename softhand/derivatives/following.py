@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from softhand.contact import slip
 from softhand.contact.address import call
 from softhand.contact.answer import answer_stiffness, normal_force
 from softhand.contact.limit import limit_of
 from softhand.contact.records import CONTACT
 from softhand.contact.scaled import displacement_of, material_force, normal_stiffness_of, stiffness_of
-from softhand.contact.slip import Trial, slip_velocity
+from softhand.contact.slip import Trial, _force, _newton_step, _return, slip_velocity
 from softhand.laws.law import LEADING, Law
 from softhand.model.shapes.shape import CompiledShape
 from softhand.numerics.addressed import addressed
@@ -47,10 +46,10 @@ class Solver(NamedTuple):
 
 @compiled
 def return_from(pads, contacts, numbers):
-    """`slip._return` from a trial in ten numbers; four behind are set."""
+    """`_return` from a trial in ten numbers; four behind are set."""
     n = numbers
     trial = Trial((n[0], n[1], n[2]), (n[3], n[4], n[5]), (n[6], n[7], n[8]), n[9])
-    n[10] = slip._return(pads[0], contacts[0], trial)
+    n[10] = _return(pads[0], contacts[0], trial)
     n[11], n[12], n[13] = displacement_of(contacts[0])
 
 
@@ -122,7 +121,7 @@ def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
     def slides(followed: Followed, contact: Any, room: Any) -> Any:
         return _slid(followed, _solver_of(followed, plant, solvers, contact), contact, room)
 
-    return {call: answers, slip._return: returns, slip_velocity: slides}
+    return {call: answers, _return: returns, slip_velocity: slides}
 
 
 def _forces(followed: Followed, law: Law, x: list[Any]) -> Any:
@@ -195,10 +194,10 @@ def _put(contacts: Any, begin: int, kind: str, value: Any) -> None:
 
 
 def _returned(followed: Followed, where: tuple[Solver, int, int], pad: Any, contact: Any, trial: Any) -> Any:
-    """`slip._return`: the equations of `slip_to_limit` as `_closest_point` has them."""
+    """`_return`: the equations of `slip_to_limit` as `_closest_point` has them."""
     m, x = _solved(followed, where, [*trial.x0, *trial.push, *trial.dash, trial.least], 0)
     on = followed.on_symbols
-    s = on(slip._force)(pad, contact, trial, x)
+    s = on(_force)(pad, contact, trial, x)
     normal = contact.grip * on(normal_force)(contact)
     presses = normal > trial.least
     room = normal if presses else trial.least
@@ -214,8 +213,8 @@ def _returned(followed: Followed, where: tuple[Solver, int, int], pad: Any, cont
     if presses:
         rise = on(normal_stiffness_of)(contact)
         by_x = [a - contact.grip * use / room * b for a, b in zip(by_x, rise, strict=True)]
-    dx, dm = on(slip._newton_step)(tuple(K), e, by_s, tuple(by_x), off, use, m)
-    on(slip._force)(pad, contact, trial, tuple(a + b for a, b in zip(x, dx, strict=True)))
+    dx, dm = on(_newton_step)(tuple(K), e, by_s, tuple(by_x), off, use, m)
+    on(_force)(pad, contact, trial, tuple(a + b for a, b in zip(x, dx, strict=True)))
     return m + dm
 
 
@@ -234,5 +233,5 @@ def _slid(followed: Followed, where: tuple[Solver, int, int], contact: Any, room
     use = root / room
     off = tuple(a - b - m * c for a, b, c in zip(v, x, e, strict=True))
     by_x = tuple(a * b / (root * room) for a, b in zip(dash, e, strict=True))
-    dx, _ = on(slip._newton_step)(K, e, by_s, by_x, off, use, m)
+    dx, _ = on(_newton_step)(K, e, by_s, by_x, off, use, m)
     return tuple(a - b - c for a, b, c in zip(v, x, dx, strict=True))

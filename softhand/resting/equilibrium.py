@@ -93,6 +93,7 @@ def equilibrium(
         ScenarioError: the sample is none of the run, the state or torque is none of this plant, or the time lies before
             the state.
         RecordingError: the recording lacks what tells its states, or has no number there.
+        ControllerError: the controller fails on the way.
         SofthandError: as `build`.
     """
     at = find_situation(source, sample, state, torque, controller, law, overrides, values)
@@ -244,8 +245,9 @@ class _Work:
         world, n = self.plant.world, self.plant.world.n_joints
         force = R @ left[n : n + 3]
         j = int(np.argmax(np.abs(left[:n])))
-        if np.abs(left[j]) / self.balance.length > np.linalg.norm(force):
-            return f"{abs(left[j]):.3g} N m at {world.joint_names[j]}"
+        slides = bool(self.balance.is_length[j])
+        if np.abs(left[j]) / (1.0 if slides else self.balance.length) > np.linalg.norm(force):
+            return f"{abs(left[j]):.3g} {'N' if slides else 'N m'} at {world.joint_names[j]}"
         return f"{np.linalg.norm(force):.3g} N on the object along {direction(-force)}"
 
     def _refusal(self, let_go: Travel, done: Travel, limits: tuple[Limit, ...], left: str) -> GraspError:

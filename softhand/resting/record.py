@@ -137,7 +137,7 @@ class Equilibrium(Record):
             rows.append(
                 ("left on the object", f"{force:.3g} N along {direction(self.unbalanced[:3])}, {moment:.3g} N m")
             )
-            rows.append(("left at the joints", f"{np.max(np.abs(self.torque_left), initial=0.0):.3g} N m"))
+            rows.append(("left at the joints", f"{np.max(np.abs(self.torque_left), initial=0.0):.3g} N m or N"))
         elif not math.isnan(self.growth):
             rows.append(("small motions beside it", self._growth()))
         return rows

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softhand.errors import ControllerError
 from softhand.numerics.arrays import Array
 from softhand.resting.balance import Balance, Found, Point
 
@@ -60,13 +61,19 @@ def travel(balance: Balance, start: Point, held: Held, ask: Callable[[float], No
         held: what holds joints and object from outside, by the share of the way.
         ask: sets what the controller is asked for, by the same.
         first: length of the first step, as a share.
+
+    Raises:
+        ControllerError: the controller fails, however short the step.
     """
     here, step = Travel(start), first
     while here.share < 1.0:
         step = min(step, 1.0 - here.share)
         share = 1.0 if here.share + step > 1.0 - 1e-12 else here.share + step
         ask(share)
-        way = _solve(balance, here.point, held(share), is_last=share == 1.0)
+        try:
+            way, error = _solve(balance, here.point, held(share), is_last=share == 1.0), None
+        except ControllerError as raised:  # a law that is asked too far ahead may give up
+            way, error = None, raised
         if way is not None:
             here.point, here.share, step = balance.accept(here.point, way), share, 2.0 * step
             here.fault = balance.fault(here.point)
@@ -77,6 +84,8 @@ def travel(balance: Balance, start: Point, held: Held, ask: Callable[[float], No
         step *= 0.5
         if step >= _SHORTEST:
             continue
+        if error is not None:
+            raise error
         if here.stuck is None:
             here.stuck = here.point
         here.gave_way = True
