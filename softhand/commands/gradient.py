@@ -39,8 +39,8 @@ def gradient(
         typer.Option(
             metavar="VARIABLE[=WANTED][*WEIGHT][@end]",
             help="A term of the cost: weight times the square of what a variable of a recording is off from a number "
-            "or another variable, over the whole run or at its end. May be repeated; by default the error of the object's "
-            "position in mm^2 s.",
+            "or another variable, over the whole run or at its end. May be repeated; by default the error of the "
+            "object's position in mm^2 s.",
         ),
     ] = [],  # noqa: B006  typer copies it
     parameter: Annotated[
