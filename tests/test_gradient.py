@@ -132,6 +132,7 @@ class Springs(softhand.Controller):
         return torque - self.stiffness * off - 0.1 * total, {**memory, "sum": total}
 
 
+@pytest.mark.slow
 def test_a_controller_in_plain_python_is_differenced():
     over = {"duration": 0.02}
     keys = ["mass", "controller.stiffness"]
@@ -167,6 +168,7 @@ class Held(softhand.Controller):
             torque[j] += observed.gravity_torque[j] + memory[n + j] - settings.stiffness * off
 
 
+@pytest.mark.slow
 def test_a_formula_of_ones_own_is_followed(monkeypatch):
     monkeypatch.setattr("softhand.derivatives.gradient.InPython", None)  # it is not differenced
     over = {"duration": 0.02}
