@@ -154,12 +154,12 @@ SHARED = {
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
     "plot report film export energy lyapunov",
-    "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify list "
-    "plot view report film export energy lyapunov",
-    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify validate "
-    "energy lyapunov list hands",
-    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce identify "
-    "validate new plot view report film export energy lyapunov",
+    "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
+    "list plot view report film export energy lyapunov",
+    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
+    "validate energy lyapunov list hands",
+    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
+    "identify validate new plot view report film export energy lyapunov",
 }
 """Options and the commands that have them."""
 
