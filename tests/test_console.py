@@ -93,6 +93,7 @@ OUTS: list[tuple[str, ...]] = [
     ("squeeze", "--out", FIGURE),
     ("push", "--out", FIGURE),
     ("stability", "--out", FIGURE),
+    ("gradient", "--out", FIGURE),
     ("workspace", "--out", FIGURE),
     ("validate", "--out", "no-folder/x.md"),
     ("simulate", "--out", FOLDERED),

@@ -41,8 +41,10 @@ class Probe:
     def __init__(self, plant: Plant, reference: Motion, sensing: Sensing | None = None) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
-        model, n_memory = plant.world.model, plant.n_memory
-        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((len(plant.contacts), n_memory)))
+        world, n_memory = plant.world, plant.n_memory
+        self._state = State(
+            pin.neutral(world.coordinates), np.zeros(world.nv), np.zeros((len(plant.contacts), n_memory))
+        )
         self._sensor = Sensor(plant, reference.desired)
         self._instruments: Instruments | None = None
         if sensing is not None:
@@ -141,7 +143,7 @@ def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     world, n = plant.world, plant.world.n_joints
     rotation = rotation_of(recording.object_rpy[sample])
     twist = recording.object_twist[sample]
-    q = pin.neutral(world.model)
+    q = pin.neutral(world.coordinates)
     world.set_joint_position(recording.joint_position[sample], q)
     world.set_object_pose(recording.object_position[sample], rotation, q)
     v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])

@@ -29,6 +29,7 @@ from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario
 from softhand.scenario.values import list_values
 from softhand.sensing.observation import Observation
+from softhand.simulation.regulated import mobility_of, regulated_rows
 from softhand.simulation.simulation import Simulation
 
 _NEAR = 0.9  # of a limit
@@ -89,6 +90,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_tip_rows(observation, world),
         *_material_rows(simulation),
         *_joint_rows(simulation, world),
+        *_regulated_rows(observation, world),
         *_step_rows(scenario, stepper, frequency),
         *_touch_rows(simulation.plant),
     ]
@@ -273,6 +275,10 @@ def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str
     name, unit = ("force", "N") if slides_of(world)[k] else ("torque", "N m")
     size = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} {unit} at {world.joint_names[k]}"
     yield f"largest {name}", size
+
+
+def _regulated_rows(observation: Observation, world: World) -> list[tuple[str, str]]:
+    return [] if world.coupling is None else regulated_rows(mobility_of(world, observation), world.coupling)
 
 
 def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:

@@ -106,7 +106,7 @@ def output_names(probe: Probe, names: Sequence[str], slides: frozenset[str]) -> 
     labels, found = labels_of(probe.plant, is_pushed=True), []
     for name in names:
         dims = VARIABLES[name].dims[1:]
-        along = [COMPONENTS[dim] if dim in COMPONENTS else labels[dim] for dim in dims]
+        along = [COMPONENTS[dim] if dim in COMPONENTS else labels.get(dim, ()) for dim in dims]
         hinge, is_mixed, slide = VARIABLES[name].units.partition(" or ")
         units = hinge.split(", ")
         for place in np.ndindex(*map(len, along)):

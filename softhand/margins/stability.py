@@ -89,7 +89,7 @@ class Stability(Record):
         rows = [("about", self.where)]
         if not math.isnan(self.use):
             rows.append(("share of the contact stiffness that K_O takes", f"{self.use:.3g}"))
-            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}"))
+            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}" if self.use else "none: it is 0"))
         rows.append(("growth without sampling", self._unsampled()))
         rows.append((f"growth with torques held for {1e3 * self.period:g} ms", _growth(self.held_growth)))
         for k, mode in enumerate(self.modes[:_TOLD]):

@@ -65,10 +65,11 @@ class Instruments:
         self._plant, self._truth, self._desired = plant, truth, desired
         sensor = self._sensor = Sensor(plant, desired, block)
         self.observation, self.block, self.groups = sensor.observation, sensor.block, sensor.groups
-        model, contacts = plant.world.model, plant.contacts
+        world, contacts = plant.world, plant.contacts
         touch = Touch(plant.pads, plant.columns, np.zeros_like(contacts), np.zeros_like(plant.contact_columns),
                       np.zeros(len(contacts)))  # fmt: skip
-        self._seen = Seen(read_tree(model), np.zeros(model.nq), np.zeros(model.nv), room_for_terms(model), touch)
+        tree, terms = read_tree(world.model, world.coupled), room_for_terms(world.model, world.coupled)
+        self._seen = Seen(tree, np.zeros(world.nq), np.zeros(world.nv), terms, touch)
         items, memory = self._items(sensing)
         size = sum(counts(plant.world.n_joints, plant.world.n_tips).values())
         self.chain = Chain(
