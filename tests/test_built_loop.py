@@ -242,17 +242,17 @@ def test_rounding_and_rate_limits_are_told_as_left_out(tmp_path) -> None:
 
 
 def test_margins_are_those_of_the_built_loop() -> None:
-    """What a lag leaves of the delay, in halves of the controller's period: the last below dies out, the next grows."""
-    values = {"control_period": 5e-4, "controller.period": 1e-3, "stepper.step": 5e-4, "actuation.lag": 1e-3}
+    """What a lag leaves of the delay, in quarters of the controller's period: the last below dies out, the next grows."""
+    values = {"control_period": 2.5e-4, "controller.period": 1e-3, "stepper.step": 2.5e-4, "actuation.lag": 1e-3}
     place = find_place(load_scenario("hold", values))
     loop = close_loop(place)
     margin = delay_margin(loop, place)
-    below = int(margin / 5e-4)
-    assert margin < 1.3e-3  # 1.48 ms without the lag
+    below = int(margin / 2.5e-4)
+    assert margin == pytest.approx(6.9e-4, rel=0.01)  # 1.48 ms without the lag
     for late in (below, below + 1):
-        growth = close_loop(find_place(load_scenario("hold", {**values, "actuation.delay": 5e-4 * late}))).growth
+        growth = close_loop(find_place(load_scenario("hold", {**values, "actuation.delay": 2.5e-4 * late}))).growth
         assert (growth > 0.0) == (late > below)
-        assert growth == pytest.approx(growth_of(delayed_step(loop, place, 5e-4 * late), loop.cycle), rel=1e-6)
+        assert growth == pytest.approx(growth_of(delayed_step(loop, place, 2.5e-4 * late), loop.cycle), rel=1e-6)
 
 
 def test_gains_may_go_as_far_as_the_built_loop_lets_them() -> None:
