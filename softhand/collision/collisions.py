@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_coupling
@@ -77,12 +78,13 @@ def collisions_at_start(setup: Setup, shapes: Purpose = "collision") -> Collisio
     return _search(situation, np.zeros(1), angles[None], position[None], rotation[None], 1)
 
 
-def collision_events(recording: Recording) -> list[Event]:
-    """Collisions as events; none where they cannot be looked for."""
+def with_collisions(recording: Recording, events: Sequence[Event]) -> list[Event]:
+    """The events of a run with its collisions among them; without, where these cannot be looked for."""
     try:
-        return collisions(recording).events()
+        found = collisions(recording).events()
     except SofthandError:
-        return []
+        found = []
+    return sorted([*events, *found], key=lambda event: event.time)
 
 
 def _of_recording(recording: Recording, every: float, shapes: Purpose) -> Collisions:
@@ -91,7 +93,9 @@ def _of_recording(recording: Recording, every: float, shapes: Purpose) -> Collis
     if missing:
         raise RecordingError(f"The recording lacks {', '.join(missing)}; collisions need them.", file=None)
     if not (recording.hand_urdf and recording.object_urdf):
-        raise RecordingError("The recording does not hold the URDFs of hand and object; compute the run anew.", file=None)
+        raise RecordingError(
+            "The recording does not hold the URDFs of hand and object; compute the run anew.", file=None
+        )
     scenario = recorded_scenario(recording)
     hand = Urdf.parse(recording.hand_urdf, Path(scenario.hand.urdf), _HAND, _folder(scenario.hand.urdf))
     held = Urdf.parse(recording.object_urdf, Path(scenario.object.urdf), _OBJECT, _folder(scenario.object.urdf))
@@ -132,7 +136,7 @@ def _search(
     cast = read_cast(situation)
     pairs, disregarded = list_pairs(cast)
 
-    def poses(samples: Array) -> tuple[Array, Array]:
+    def poses(samples: NDArray[np.int64]) -> tuple[Array, Array]:
         return cast.kinematics.poses(angles[samples], position[samples], rotation[samples])
 
     found = Search(pairs, poses, len(time)).run(stride)

@@ -34,7 +34,8 @@ def list_pairs(cast: Cast) -> tuple[list[tuple[Solid, Solid]], list[Disregarded]
     The object and the table meet what is left of the links outside the soft balls; they meet each other in the contact
     model, and so do tips where a scenario lets them.
     """
-    pairs, others = [], dict[tuple[str, str], str]()
+    pairs: list[tuple[Solid, Solid]] = []
+    others: dict[tuple[str, str], str] = {}
     overlaps = _at_zero(cast)
     carriers = {solid.body for solid in cast.links}
     for a, b in combinations(cast.links, 2):
@@ -96,7 +97,5 @@ def _at_zero(cast: Cast) -> set[tuple[str, str]]:
     kinematics = cast.kinematics
     R, p = kinematics.poses(kinematics.rest[None], np.zeros((1, 3)), np.eye(3)[None])
     return {
-        _names(a, b)
-        for a, b in combinations(cast.links, 2)
-        if a.body != b.body and distance(a, b, R[0], p[0]) < -TOUCH
+        _names(a, b) for a, b in combinations(cast.links, 2) if a.body != b.body and distance(a, b, R[0], p[0]) < -TOUCH
     }

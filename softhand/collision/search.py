@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.collision.distances import TOUCH, Boxes, distance
 from softhand.collision.solids import Solid
 from softhand.numerics.arrays import Array
 
 Pair = tuple[Solid, Solid]
-Poses = Callable[[Array], tuple[Array, Array]]
+Poses = Callable[[NDArray[np.int64]], tuple[Array, Array]]
 """Axes and origins of all bodies in samples, see `Kinematics.poses`."""
 
 _AT_ONCE = 1000  # samples whose boxes are held in memory
@@ -70,7 +71,7 @@ class Search:
                 found.clearance, found.names, found.sample = -spell.depth, spell.names, spell.deepest
         return found
 
-    def _look(self, coarse: Array, part: slice, found: Found, depths: dict[tuple[str, str], Array]) -> None:
+    def _look(self, coarse: NDArray[np.int64], part: slice, found: Found, depths: dict[tuple[str, str], Array]) -> None:
         """The depths of all pairs whose boxes meet in some samples, and the least distance of the others."""
         samples = coarse[part]
         R, p = self._poses(samples)
@@ -97,7 +98,7 @@ class Search:
         if value < found.clearance:
             found.clearance, found.names, found.sample = value, (pair[0].name, pair[1].name), sample
 
-    def _spell(self, names: tuple[str, str], coarse: Array, part: Array, depth: Array) -> Spell:
+    def _spell(self, names: tuple[str, str], coarse: NDArray[np.int64], part: NDArray[np.int64], depth: Array) -> Spell:
         """Begin and end by bisection between two samples that were looked at, the deepest one among its neighbours."""
         before, after = int(part[0]) - 1, int(part[-1]) + 1
         first, last = int(coarse[part[0]]), int(coarse[part[-1]])

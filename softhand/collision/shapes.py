@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import coal
 import numpy as np
@@ -87,7 +87,7 @@ def hull_of(points: Array) -> coal.Convex | None:
     return coal.Convex(vertices, triangles)
 
 
-def _qhull(points: Array):  # type: ignore[no-untyped-def]
+def _qhull(points: Array) -> Any:
     from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
 
     if len(points) < 4 or np.linalg.svd(points - points.mean(axis=0))[1][-1] < _THIN:
@@ -128,11 +128,15 @@ def _vertices_of(geometry: Geometry) -> Array:
     if geometry.kind == "cylinder":
         angle = 2.0 * np.pi * np.arange(_SECTORS) / _SECTORS
         ring = size[0] * np.stack([np.cos(angle), np.sin(angle), np.zeros(_SECTORS)], axis=1)
-        return np.concatenate([ring + [0.0, 0.0, side * 0.5 * size[1]] for side in (-1.0, 1.0)])
+        return np.concatenate([ring - _up(size[1]), ring + _up(size[1])])
     k = np.arange(_DIRECTIONS) + 0.5  # evenly over the ball, along a spiral
     z, angle = 1.0 - 2.0 * k / _DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
     across = np.sqrt(1.0 - z**2)
     ball: Array = size[0] * np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
     if geometry.kind == "capsule":
-        return np.concatenate([ball + [0.0, 0.0, side * 0.5 * size[1]] for side in (-1.0, 1.0)])
+        return np.concatenate([ball - _up(size[1]), ball + _up(size[1])])
     return ball
+
+
+def _up(length: float) -> Array:
+    return np.array([0.0, 0.0, 0.5 * length])

@@ -185,7 +185,9 @@ def read_cast(situation: Situation) -> Cast:
         links.append(palm)
         clipped[palm] = None
     seen = {solid.name for solid in links}
-    bare = {link.get("name", "") for link in hand.root.iterfind("link") if not (link.findall("visual") or _mass(link))}
+    bare = {
+        name for name, link in hand.tree.links.items() if link.find("visual") is None and link.find("inertial") is None
+    }
     return Cast(
         kinematics,
         links,
@@ -199,13 +201,7 @@ def read_cast(situation: Situation) -> Cast:
     )
 
 
-def _mass(link) -> bool:  # type: ignore[no-untyped-def]
-    return link.find("inertial") is not None
-
-
-def _placed(
-    urdf: Urdf, model: pin.Model, purpose: Purpose
-) -> tuple[list[tuple[int, Geometry, coal.ShapeBase]], bool]:
+def _placed(urdf: Urdf, model: pin.Model, purpose: Purpose) -> tuple[list[tuple[int, Geometry, coal.ShapeBase]], bool]:
     """Joint and shape of all that can be read, each in the frame of the joint; whether one cannot be read."""
     found, unread = [], False
     for geometry in urdf.geometries(purpose):
@@ -251,8 +247,7 @@ def _object_solids(situation: Situation, body: int) -> list[Solid]:
     placed, _ = _placed(held, build_model(held), "collision")
     if not placed:
         raise ModelError(
-            f"{held.file.name}: the object has no <collision> shape that can be read, so that nothing collides with it; "
-            "give it one.",
+            f"{held.file.name}: the object has no <collision> shape that can be read; give it one.",
             file=str(held.file),
         )
     solids = []
