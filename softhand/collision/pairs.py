@@ -37,14 +37,14 @@ def list_pairs(cast: Cast) -> tuple[list[tuple[Solid, Solid]], list[Disregarded]
     pairs: list[tuple[Solid, Solid]] = []
     others: dict[tuple[str, str], str] = {}
     overlaps = _at_zero(cast)
-    carriers = {solid.body for solid in cast.links}
+    carriers = {solid.body for solid in cast.links if not solid.is_palm}
     for a, b in combinations(cast.links, 2):
         names = _names(a, b)
         if names[0] == names[1]:
             continue
         if a.body == b.body:
             others[names] = RIGID
-        elif _next(cast, a.body, carriers) == b.body or _next(cast, b.body, carriers) == a.body:
+        elif not (a.is_palm or b.is_palm) and _are_neighbours(cast, a.body, b.body, carriers):
             others[names] = NEIGHBOURS
         elif names in overlaps:
             others[names] = AT_ZERO
@@ -80,6 +80,11 @@ def _add(
         others[names] = SOFT
     else:
         pairs.append((one, other))
+
+
+def _are_neighbours(cast: Cast, one: int, other: int, carriers: set[int]) -> bool:
+    """Whether no other body with a link's shape is between two of them, of which one carries the other."""
+    return _next(cast, one, carriers) == other or _next(cast, other, carriers) == one
 
 
 def _next(cast: Cast, body: int, carriers: set[int]) -> int:

@@ -79,18 +79,17 @@ def hull_of(points: Array) -> coal.Convex | None:
     vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for vertex in points[hull.vertices]:
         vertices.append(vertex)
-    outward = hull.equations[:, :3]
-    for triangle, normal in zip(hull.simplices, outward, strict=True):
-        a, b, c = points[triangle]
-        i, j, k = index[triangle].tolist()
-        triangles.append(coal.Triangle(i, j, k) if np.cross(b - a, c - a) @ normal > 0.0 else coal.Triangle(i, k, j))
+    a, b, c = points[hull.simplices].transpose(1, 0, 2)
+    outward = np.sum(np.cross(b - a, c - a) * hull.equations[:, :3], axis=1) > 0.0
+    for (i, j, k), is_outward in zip(index[hull.simplices].tolist(), outward, strict=True):
+        triangles.append(coal.Triangle(i, j, k) if is_outward else coal.Triangle(i, k, j))
     return coal.Convex(vertices, triangles)
 
 
 def _qhull(points: Array) -> Any:
     from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
 
-    if len(points) < 4 or np.linalg.svd(points - points.mean(axis=0))[1][-1] < _THIN:
+    if len(points) < 4 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] < _THIN:
         return None
     try:
         return ConvexHull(points)

@@ -60,6 +60,7 @@ class Solid:
         shape: for coal.
         rotation: its axes in the frame of the joint, shape (3, 3).
         position: its origin there [m], shape (3,).
+        is_palm: whether it is the ball of a palm, and no link.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Solid:
     shape: coal.ShapeBase
     rotation: Array = field(default_factory=lambda: np.eye(3))
     position: Array = field(default_factory=lambda: np.zeros(3))
+    is_palm: bool = False
 
     @property
     def is_endless(self) -> bool:
@@ -181,7 +183,7 @@ def read_cast(situation: Situation) -> Cast:
             clipped[solid] = None if left is None else Solid(geometry.link, body, left)
     for name, frame, centre, radius in situation.palms:
         body, place = _frame(kinematics.model, frame, hand)
-        palm = Solid(name, body, coal.Sphere(radius), position=place.act(np.asarray(centre, dtype=float)))
+        palm = Solid(name, body, coal.Sphere(radius), position=place.act(np.asarray(centre, dtype=float)), is_palm=True)
         links.append(palm)
         clipped[palm] = None
     seen = {solid.name for solid in links}
