@@ -279,7 +279,7 @@ def test_collisions_are_events() -> None:
 
 def test_wrong_questions() -> None:
     run = recorded(hand_text(), SWING)
-    with pytest.raises(softhand.SofthandError, match="every = 0.0: must be a time above zero"):
+    with pytest.raises(softhand.SofthandError, match=r"every = 0\.0: must be a time above zero"):
         softhand.collisions(run, every=0.0)
     with pytest.raises(softhand.SofthandError, match="there are 'collision' and 'visual'"):
         softhand.collisions(run, shapes="looks")  # type: ignore[arg-type]
