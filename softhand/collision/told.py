@@ -25,7 +25,7 @@ def told(find: Callable[[], Collisions]) -> Told:
     try:
         found = find()
     except SofthandError as error:
-        return Told(None, [("collisions", str(error))], [])
+        return Told(None, [("collisions", f"not looked for: {error}")], [])
     rows = [("collisions", found.short()), *(("collisions, not looked at", note) for note in found.notes())]
     at_start = found.samples == 1
     warnings = []
