@@ -60,7 +60,10 @@ def gradient(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find how the cost of a whole run goes with parameters of its scenario, through contact and slip."""
+    """Find how the cost of a run goes with numbers of its scenario.
+
+    By the adjoint of all its steps, through contact and slip, at about the price of three runs for any number of them.
+    """
     terms = [_term(text) for text in cost or ["object_position=object_position_desired*1e6"]]
     check_figure(out)
     chosen = chosen_scenario(scenario, changes, law, controller)

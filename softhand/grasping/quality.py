@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from softhand.model.shapes.shape import Shape
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.regulated import regulated_rows
 
 _TOUCH = 0.1  # [N] with which each tip presses at least under the least internal forces
@@ -113,20 +114,21 @@ class GraspQuality(Record):
         ]
 
 
-def grasp_quality(scenario: Scenario) -> GraspQuality:
+def grasp_quality(scenario: Scenario | str | Path) -> GraspQuality:
     """The figures of the grasp at the start of a scenario, also where it cannot be at rest.
 
     Moments are taken about the centre of mass and compared with forces by the root of the mean squared distance of the
     object's mass from it, L = sqrt(tr I / 2 m).
 
     Args:
-        scenario: with hand, object and grasp.
+        scenario: with hand, object and grasp, or its name or path.
 
     Raises:
         ScenarioError: a name or a setting is wrong.
         ModelError: a URDF cannot be used.
         GraspError: the number of points, forces or guesses does not fit the hand.
     """
+    scenario = as_scenario(scenario)
     return quality_in(read_world(scenario), scenario)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -18,7 +19,7 @@ from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import cross_matrix
 from softhand.recording.recording import Recording
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.sensing.observation import Observation
 from softhand.start.press import plain_depth
 
@@ -118,7 +119,7 @@ def limit_use(held: Held, force: Array, torsion: Array) -> Array:
     return np.where((size <= 0.0) & (parts[..., 2] >= 0.0), 0.0, use)
 
 
-def look(source: Scenario | Recording, at: float | None = None) -> HeldStart:
+def look(source: Scenario | Recording | str | Path, at: float | None = None) -> HeldStart:
     """The start of a scenario; or a sample of a run, without a time the quietest since its reference rests.
 
     Raises:
@@ -131,7 +132,7 @@ def look(source: Scenario | Recording, at: float | None = None) -> HeldStart:
             f"at: got {at:g} s for a scenario, which is looked at at its start; simulate it and give the recording.",
             key="at", value=at,
         )  # fmt: skip
-    return held_start(source)
+    return held_start(as_scenario(source))
 
 
 def held_there(start: HeldStart) -> Held:
