@@ -46,7 +46,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
-         "identify", "Identification"),
+         "collisions", "Collisions", "Collision", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",
