@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
+    from softhand.design.lqr import LqrDesign as LqrDesign
+    from softhand.design.lqr import design_lqr as design_lqr
     from softhand.errors import BrowserError as BrowserError
     from softhand.errors import ControllerError as ControllerError
     from softhand.errors import GraspError as GraspError
@@ -133,6 +135,7 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "design.lqr": ("LqrDesign", "design_lqr"),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
     "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
