@@ -14,7 +14,7 @@ from scipy.linalg import eig, solve_discrete_are
 from softhand.controllers.controller import Controller
 from softhand.controllers.gain_file import POSE, GainFile
 from softhand.derivatives.situation import find_situation
-from softhand.design.rest import RestModel, model_at_rest
+from softhand.design.rest import RestModel, finely, model_at_rest
 from softhand.design.weights import Weights
 from softhand.errors import GraspError, SofthandError
 from softhand.laws.law import Law
@@ -165,8 +165,8 @@ def design_lqr(
         design.save("gains.toml")
         softhand.simulate("target-a", {"controller": {"name": "state-feedback", "gain_file": "gains.toml"}})
 
-    The plant is that of the steps as they are computed, one control period, from `linearize`; stuck shear follows the
-    motion by rolling, so that x has 2 (n + 6) numbers, all of which a controller sees. `solve_discrete_are` of SciPy
+    The plant is one control period of `linearize`, in steps of a tenth of it or less, so that it is the plant and not
+    its steps; stuck shear follows the motion by rolling, and x has 2 (n + 6) numbers, all of which a controller sees. `solve_discrete_are` of SciPy
     solves P = Q T + A^T P A - A^T P B (R T + B^T P B)^-1 B^T P A, K = (R T + B^T P B)^-1 B^T P A.
 
     Args:
@@ -189,7 +189,7 @@ def design_lqr(
     scenario = as_scenario(source, overrides, **values)
     if state is None:
         state = equilibrium(scenario, torque=torque, controller=controller, law=law).state
-    at = find_situation(scenario, 0, state, torque, controller, law, None, {})
+    at = finely(find_situation(scenario, 0, state, torque, controller, law, None, {}))
     model = model_at_rest(at)
     A, B, Q, R, integrals = _problem(model, wanted)
     names, units = _names(model, integrals)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,9 @@ from softhand.derivatives.linearize import linearize_at
 from softhand.derivatives.situation import Situation
 from softhand.errors import GraspError, ScenarioError
 from softhand.margins.loop import rolling_coordinates
+from softhand.margins.place import FINEST
 from softhand.numerics.arrays import Array
+from softhand.steppers.midpoint import Midpoint
 
 _AT_REST = 1e-4  # [m/s^2 or rad/s^2, m/s or rad/s]
 
@@ -65,6 +67,13 @@ class RestModel:
         weight = np.repeat([1.0, 0.03, 1e-4], [3, 3, len(errors) - 6])  # [m] of 1 m, of 1 rad and of 1 N
         chosen = free @ np.linalg.pinv(weight[:, None] * errors, rcond=1e-8) * weight
         return chosen[:n], scale * chosen[nv:]
+
+
+def finely(at: Situation) -> Situation:
+    """The same with the steps of `stability`: midpoint, a tenth of a control period or less."""
+    steps = max(FINEST, round(at.period / at.setup.stepper.step))
+    setup = replace(at.setup, stepper=Midpoint(step=at.period / steps))
+    return replace(at, setup=setup, held=at.period)
 
 
 def model_at_rest(at: Situation) -> RestModel:
