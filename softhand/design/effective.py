@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from softhand.margins.place import Place
 from softhand.numerics.arrays import Array
@@ -19,16 +18,14 @@ class Effective(NamedTuple):
     follow: Array
     """A = J_CF^f+ G^T, from the twist of the object to the joint velocities, shape (n, 6)."""
 
-    def joint_damping(self, rate: float) -> Array:
-        """K_v >= 0 of each joint for which A^T K_v A is nearest to `rate` times the inertia, shape (n,).
+    def joint_damping(self, rate: float) -> float:
+        """K_v of all joints for which K_v A^T A has, in the mean over the axes, `rate` times the inertia.
 
         Args:
             rate: 2 zeta omega [1/s].
         """
-        size = np.sqrt(np.diag(self.inertia))
-        wanted = rate * self.inertia / np.outer(size, size)
-        parts = (self.follow / size)[:, :, None] * (self.follow / size)[:, None, :]
-        return np.asarray(nnls(parts.reshape(len(parts), 36).T, wanted.ravel())[0])
+        ratio = np.diag(self.inertia) / np.diag(self.follow.T @ self.follow)
+        return float(rate * np.exp(np.mean(np.log(ratio))))
 
 
 def effective(place: Place) -> Effective:

@@ -25,19 +25,21 @@ class Knobs(NamedTuple):
     """Of the object along and about its axes [N/m, N m/rad], shape (6,)."""
     damping: Array
     """Likewise [N s/m, N m s/rad]; without effect on `regulation`."""
-    joint_damping: Array
-    """[N m s/rad, N s/m], shape (n,)."""
+    joint_damping: float
+    """Of all joints [N m s/rad, N s/m]."""
     force: float
     """K_N of `regulation`."""
 
 
 def first_knobs(controller: Controller, felt: Effective, omega: float, zeta: float) -> Knobs:
-    """Those of the object as one mass: K = omega^2 M, D = 2 zeta omega M, by the joints in `regulation`."""
+    """Those of the object as one mass, K = omega^2 M, damped by the joints.
+
+    Damping at the object, of object impedance and computed torque, comes to it through soft tips and a period late: with
+    all of it the tips vibrate. A twentieth is where the search begins.
+    """
     inertia, rate = np.diag(felt.inertia), 2.0 * zeta * omega
-    joints = felt.joint_damping(rate)
-    joints = np.maximum(joints, 0.1 * np.mean(joints))
-    share = 1.0 if isinstance(controller, Regulation) else 0.3
-    return Knobs(omega**2 * inertia, (1.0 - share) * rate * inertia, share * joints, 1.0)
+    share = 0.0 if isinstance(controller, Regulation) else 0.05
+    return Knobs(omega**2 * inertia, share * rate * inertia, felt.joint_damping(rate), 1.0)
 
 
 def with_knobs(controller: Controller, felt: Effective, knobs: Knobs) -> Controller:
@@ -47,7 +49,7 @@ def with_knobs(controller: Controller, felt: Effective, knobs: Knobs) -> Control
         ScenarioError: it is none of `NAMES`.
     """
     K, D, inertia = knobs.stiffness, knobs.damping, np.diag(felt.inertia)
-    joints = {"K_v": _rounded(knobs.joint_damping)}
+    joints = {"K_v": float(f"{knobs.joint_damping:.3g}")}
     if isinstance(controller, Regulation):
         return controller.model_copy(update={**_pose("K_O", K), "K_N": float(f"{knobs.force:.3g}"), **joints})
     if isinstance(controller, ObjectImpedance):

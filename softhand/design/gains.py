@@ -15,7 +15,7 @@ from softhand.design.effective import Effective, effective
 from softhand.design.families import NAMES, Knobs, first_knobs, not_known, with_knobs
 from softhand.design.response import bandwidths, push_of_pose
 from softhand.errors import GraspError, ScenarioError, SofthandError
-from softhand.margins.delay import delay_margin, delayed_step
+from softhand.margins.delay import delay_margin, delayed_step, reach_of
 from softhand.margins.groups import Groups
 from softhand.margins.loop import Loop, close_loop, growth_of
 from softhand.margins.modes import Mode, find_modes
@@ -29,12 +29,14 @@ from softhand.scenario.scenario import Scenario, as_scenario
 
 _ENOUGH = 0.95
 """Share of what is wanted that counts as reached."""
-_TURNS = 14
+_TURNS = 12
 """Loops that are tried for one bandwidth."""
-_LESS, _LOWER = 0.8, 12
+_LESS, _LOWER = 0.75, 6
 """Share of a bandwidth that is tried after it, and how often."""
 _IN_BAND = 2.0
 """Times the bandwidth: up to there a mode is one of the pose, beyond it one of the contacts."""
+_DELAY = 0.1
+"""Of a control period, that a loop has to bear if nothing else is asked for."""
 _STAYS = -0.05  # [1/s] growth that is asked for at most
 
 
@@ -148,7 +150,7 @@ def _ms(seconds: float) -> str:
 def design_gains(
     source: Scenario | str | Path,
     bandwidth: float,
-    damping: float = 0.7,
+    damping: float = 0.3,
     *,
     controller: str | None = None,
     delay: float | None = None,
@@ -173,7 +175,7 @@ def design_gains(
         bandwidth: frequency up to which the pose follows what is asked for, to 71 % [Hz].
         damping: least damping ratio of the motions of the pose.
         controller: name, in place of that of the scenario, whose settings are then its defaults.
-        delay: between sample and torque, that the loop has to bear [s]; one control period by default.
+        delay: between sample and torque, that the loop has to bear [s]; a tenth of a control period by default.
         state: a rest, in place of start and end.
         overrides: dotted keys and values put over those of the scenario.
         progress: called with the share done of the first bandwidth.
@@ -188,7 +190,7 @@ def design_gains(
     poses = _poses(scenario, state)
     period = poses[0].period
     _check(bandwidth, damping, delay, period)
-    wanted_delay = period if delay is None else float(delay)
+    wanted_delay = _DELAY * period if delay is None else float(delay)
     first = poses[0].controller
     before = plugin_name("controllers", type(first))
     name = controller or before
@@ -290,6 +292,7 @@ class _Search:
     ) -> None:
         self.poses, self.base, self.damping, self.delay, self.tell = poses, base, damping, delay, tell
         self.felt: Effective = effective(poses[-1])
+        self.reach = [reach_of(close_loop(place), place, delay) for place in poses]
 
     def loops(self, controller: Controller) -> list[Loop]:
         return [close_loop(place.with_controller(controller)) for place in self.poses]
@@ -313,17 +316,17 @@ class _Search:
     def _reached(self, knobs: Knobs, bandwidth: float) -> Reached:
         controller = with_knobs(self.base, self.felt, knobs)
         found = []
-        for place in self.poses:
+        for place, reach in zip(self.poses, self.reach, strict=True):
             there = place.with_controller(controller)
             try:
                 loop = close_loop(there)
-                delayed = growth_of(delayed_step(loop, there, self.delay), loop.period)
-                reach = bandwidths(loop, push_of_pose(there))
+                delayed = growth_of(delayed_step(loop, there, self.delay, reach), loop.period)
+                answered = bandwidths(loop, push_of_pose(there))
             except SofthandError:
                 return Reached(np.zeros(6), 0.0, math.inf, math.inf, "no linear loop")
             modes = find_modes(loop, Groups(there.plant, there.state.q))
             of_pose = [mode.damping for mode in modes if 0.0 < mode.frequency < _IN_BAND * bandwidth]
-            found.append(Reached(reach, min([1.0, *of_pose]), loop.growth, delayed, modes[0].name))
+            found.append(Reached(answered, min([1.0, *of_pose]), loop.growth, delayed, modes[0].name))
         worst = max(found, key=lambda one: one.growth)
         return Reached(
             np.min([one.bandwidth for one in found], axis=0), min(one.damping for one in found), worst.growth,
@@ -338,18 +341,10 @@ class _Search:
 
     def _turned(self, knobs: Knobs, reached: Reached, bandwidth: float) -> Knobs:
         """Stiffer where the pose is too slow, softer where too fast; more damping where it rings or is lost."""
-        ratio = np.clip(bandwidth / np.maximum(reached.bandwidth, 1e-3), 0.7, 1.6)
-        stiffness = knobs.stiffness * ratio
-        more, at_object, force = 1.0, 1.0, knobs.force
-        if reached.damping < _ENOUGH * self.damping:
-            at_object = min(1.4, (self.damping / max(reached.damping, 1e-3)) ** 0.7)
-            more = at_object if isinstance_regulation(self.base) else 1.0
+        ratio = np.clip((bandwidth / np.maximum(reached.bandwidth, 1e-3)) ** 0.8, 0.7, 1.5)
+        stiffness = knobs.stiffness * np.where((ratio < 1.0) & (ratio > 0.75), 1.0, ratio)
         if not (reached.growth < _STAYS and reached.delayed < 0.0):
-            more = max(more, 1.3)
-            force = max(0.3, 0.9 * force)
-        return Knobs(stiffness, knobs.damping * at_object, knobs.joint_damping * more, force)
-
-
-def isinstance_regulation(controller: Controller) -> bool:
-    """Whether damping is that of the joints alone."""
-    return plugin_name("controllers", type(controller)) == "regulation"
+            more = 1.2 if reached.damping < self.damping or reached.growth > 0.0 else 0.85
+            return Knobs(stiffness, 0.5 * knobs.damping, more * knobs.joint_damping, max(0.3, 0.85 * knobs.force))
+        more = min(1.5, (self.damping / max(reached.damping, 1e-3)) ** 0.8) if reached.damping < self.damping else 1.0
+        return Knobs(stiffness, knobs.damping, more * knobs.joint_damping, knobs.force)
