@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
+    from softhand.design.gains import GainDesign as GainDesign
+    from softhand.design.gains import design_gains as design_gains
     from softhand.design.lqr import LqrDesign as LqrDesign
     from softhand.design.lqr import design_lqr as design_lqr
     from softhand.errors import BrowserError as BrowserError
@@ -135,6 +137,7 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "design.gains": ("GainDesign", "design_gains"),
     "design.lqr": ("LqrDesign", "design_lqr"),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
     "derivatives.gradient": ("Gradient", "gradient"),
