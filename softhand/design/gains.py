@@ -29,7 +29,7 @@ from softhand.scenario.scenario import Scenario, as_scenario
 
 _ENOUGH = 0.95
 """Share of what is wanted that counts as reached."""
-_TURNS = 12
+_TURNS = 16
 """Loops that are tried for one bandwidth."""
 _LESS, _LOWER = 0.75, 6
 """Share of a bandwidth that is tried after it, and how often."""
@@ -342,7 +342,7 @@ class _Search:
     def _turned(self, knobs: Knobs, reached: Reached, bandwidth: float) -> Knobs:
         """Stiffer where the pose is too slow, softer where too fast; more damping where it rings or is lost."""
         ratio = np.clip((bandwidth / np.maximum(reached.bandwidth, 1e-3)) ** 0.8, 0.7, 1.5)
-        stiffness = knobs.stiffness * np.where((ratio < 1.0) & (ratio > 0.75), 1.0, ratio)
+        stiffness = knobs.stiffness * np.where((ratio < 1.0) & (ratio > 0.6), 1.0, ratio)
         if not (reached.growth < _STAYS and reached.delayed < 0.0):
             more = 1.2 if reached.damping < self.damping or reached.growth > 0.0 else 0.85
             return Knobs(stiffness, 0.5 * knobs.damping, more * knobs.joint_damping, max(0.3, 0.85 * knobs.force))
