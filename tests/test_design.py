@@ -206,8 +206,8 @@ def test_the_gain_file_lies_beside_the_scenario(tmp_path: Path) -> None:
     """Its path is relative to that of the scenario."""
     found = read_gain_file(DATA / "state_feedback.toml")
     found.write(tmp_path / "gains.toml")
-    text = softhand.load_scenario("hold").to_toml() if hasattr(softhand.Scenario, "to_toml") else ""
-    assert text == "" or "controller" in text
+
+
     assert_allclose(read_gain_file(tmp_path / "gains.toml").K, found.K, rtol=0.0, atol=0.0)
 
 

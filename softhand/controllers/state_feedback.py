@@ -54,9 +54,9 @@ class StateFeedback(Controller):
 
     def start(self, observation: Observation) -> Any:
         """The sums of errors."""
-        if observation.opening_desired[0] > 0.0:
+        if not np.any(observation.contact_force[:, 2] > 0.0):
             raise ScenarioError(
-                "controller.name: state-feedback needs fingers that touch, and these start open; set "
+                "controller.name: state-feedback needs fingers that touch, and none does at the start; set "
                 "grasp.opening = 0 and grasp.internal_force.",
                 key="controller.name", value="state-feedback",
             )  # fmt: skip
