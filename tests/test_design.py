@@ -1,4 +1,4 @@
-"""Gains by design: costs, optimum, poles and symmetry of the regulator; gains by bandwidth; what is refused, and how."""
+"""Gains by design: costs, optimum, poles and symmetry of the regulator; gains by bandwidth; what is refused."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +73,7 @@ def test_a_run_costs_what_the_design_says(design: LqrDesign, tmp_path: Path) -> 
     assert np.max(np.abs(rows[-1])) < 3e-3 * np.max(np.abs(x0))
     assert_allclose(cost, design.cost(x0), rtol=2e-4)
     step = design.A - design.B @ design.K
-    for before, after in zip(rows[:20], rows[1:], strict=False):
+    for before, after in pairwise(rows[:20]):
         assert np.max(np.abs(after - step @ before)) < 1e-3 * np.max(np.abs(before))
 
 
@@ -106,7 +107,7 @@ def test_stability_finds_the_poles_of_the_design(design: LqrDesign, tmp_path: Pa
 
 
 def test_the_mirrored_grasp_has_the_mirrored_gains() -> None:
-    """Turned by half a turn about the vertical with all else, the gains are the same: they are in axes of the object."""
+    """By half a turn about the vertical, with all else: the gains are the same, in axes of the object."""
     here = softhand.design_lqr("hold", SUMS)
     scenario = softhand.load_scenario("hold")
     Q = np.diag([-1.0, -1.0, 1.0])
@@ -147,7 +148,9 @@ def test_wrong_wishes_are_told() -> None:
     refused("weights.object_position: got -1", lambda: softhand.design_lqr("hold", {"object_position": -1}))
     refused("weights.torque", lambda: softhand.design_lqr("hold", {"torque": 0.0}))
     refused("Did you mean weights.object_position", lambda: softhand.design_lqr("hold", {"object_positon": 1}))
-    refused("weights.torque: got 2 numbers; give one, or 9", lambda: softhand.design_lqr("hold", {"torque": [1.0, 2.0]}))
+    refused(
+        "weights.torque: got 2 numbers; give one, or 9", lambda: softhand.design_lqr("hold", {"torque": [1.0, 2.0]})
+    )
     refused("bandwidth: got -1", lambda: softhand.design_gains("hold", -1.0))
     refused("damping: got 0", lambda: softhand.design_gains("hold", 1.0, 0))
     refused("delay: got -0.1", lambda: softhand.design_gains("hold", 1.0, delay=-0.1))
@@ -177,7 +180,7 @@ def test_motions_out_of_reach_and_out_of_sight_are_named() -> None:
         ({"K": [[math.nan] * 30] * 9}, "K: has something that is no finite number"),
         ({"integrals": [40]}, "integrals: got"),
         ({"format": "x"}, "is no gain file"),
-        ({"more": 1}, "unknown key more"),
+        ({"more": 1}, 'unknown key "more"'),
     ],
     ids=str,
 )
@@ -197,7 +200,7 @@ def test_gains_of_another_hand_are_refused(tmp_path: Path) -> None:
         with_gains(DATA / "state_feedback.toml", "gripper")).sample())  # fmt: skip
     found = read_gain_file(DATA / "state_feedback.toml")
     replace(found, joints=("other", *found.joints[1:])).write(tmp_path / "g.toml")
-    refused("is for another hand: it has 'other' among its joints", lambda: softhand.build(
+    refused('is for another hand: it has "other" among its joints', lambda: softhand.build(
         with_gains(tmp_path / "g.toml")).sample())  # fmt: skip
     refused("none.toml cannot be read: No such file", lambda: softhand.build(with_gains(tmp_path / "none.toml")))
 
@@ -206,7 +209,6 @@ def test_the_gain_file_lies_beside_the_scenario(tmp_path: Path) -> None:
     """Its path is relative to that of the scenario."""
     found = read_gain_file(DATA / "state_feedback.toml")
     found.write(tmp_path / "gains.toml")
-
 
     assert_allclose(read_gain_file(tmp_path / "gains.toml").K, found.K, rtol=0.0, atol=0.0)
 

@@ -50,7 +50,7 @@ _Scenario = Annotated[
     cls=Command,
     epilog="Example: softhand design lqr target-a; softhand design lqr hold --weight object_position=4e6 "
     "--weight object_position_integral=1e7 --gains gains.toml; "
-    "softhand simulate hold --set 'controller={name=\"state-feedback\",gain_file=\"gains.toml\"}'",
+    'softhand simulate hold --set \'controller={name="state-feedback",gain_file="gains.toml"}\'',
 )
 def lqr(
     scenario: _Scenario = "target-a",
@@ -58,7 +58,7 @@ def lqr(
         list[str],
         typer.Option(
             metavar="NAME=VALUE",
-            help="What a unit squared costs a second, such as object_position=1e6; a number or a list. May be repeated.",
+            help="What a unit squared costs a second, as object_position=1e6; a number or a list. May be repeated.",
         ),
     ] = [],  # noqa: B006  typer copies it
     gains: Annotated[
@@ -116,7 +116,9 @@ def gains(
     ] = None,
     controller: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="regulation, object-impedance or computed-torque; by default the scenario's."),
+        typer.Option(
+            metavar="NAME", help="regulation, object-impedance or computed-torque; by default the scenario's."
+        ),
     ] = None,
     changes: Set = [],  # noqa: B006
     law: Law = None,

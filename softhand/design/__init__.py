@@ -1,1 +1,1 @@
-"""Gains of controllers for a grasp at rest: linear-quadratic, or by bandwidth and damping ratio, checked on its loop."""
+"""Gains of controllers for a grasp at rest: linear-quadratic, or by bandwidth and damping ratio"""

@@ -34,8 +34,8 @@ class Knobs(NamedTuple):
 def first_knobs(controller: Controller, felt: Effective, omega: float, zeta: float) -> Knobs:
     """Those of the object as one mass, K = omega^2 M, damped by the joints.
 
-    Damping at the object, of object impedance and computed torque, comes to it through soft tips and a period late: with
-    all of it the tips vibrate. A twentieth is where the search begins.
+    Damping at the object, of object impedance and computed torque, comes to it through soft tips and a period late:
+    with all of it the tips vibrate. A twentieth is where the search begins.
     """
     inertia, rate = np.diag(felt.inertia), 2.0 * zeta * omega
     share = 0.0 if isinstance(controller, Regulation) else 0.05

@@ -244,7 +244,9 @@ def _check(bandwidth: Any, damping: Any, delay: Any, period: float) -> None:
         is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
         if not is_number or not low < value <= high or (key == "delay" and value < 0.0):
             least = "from 0" if key == "delay" else "above 0"
-            raise ScenarioError(f"{key}: got {value!r}; give a number {least} to {high:g} {what}.", key=key, value=value)
+            raise ScenarioError(
+                f"{key}: got {value!r}; give a number {least} to {high:g} {what}.", key=key, value=value
+            )
 
 
 def _poses(scenario: Scenario, state: State | None) -> list[Place]:

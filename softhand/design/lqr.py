@@ -166,8 +166,10 @@ def design_lqr(
         softhand.simulate("target-a", {"controller": {"name": "state-feedback", "gain_file": "gains.toml"}})
 
     The plant is one control period of `linearize`, in steps of a tenth of it or less, so that it is the plant and not
-    its steps; stuck shear follows the motion by rolling, and x has 2 (n + 6) numbers, all of which a controller sees. `solve_discrete_are` of SciPy
-    solves P = Q T + A^T P A - A^T P B (R T + B^T P B)^-1 B^T P A, K = (R T + B^T P B)^-1 B^T P A.
+    its steps; stuck shear follows the motion by rolling, and x has 2 (n + 6) numbers, all of which a controller sees.
+    SciPy's `solve_discrete_are` solves
+
+        P = Q T + A^T P A - A^T P B (R T + B^T P B)^-1 B^T P A,    K = (R T + B^T P B)^-1 B^T P A
 
     Args:
         source: a scenario, its name or path. Its controller finds the rest, where its reference ends.
@@ -324,5 +326,3 @@ def _gain_file(model: RestModel, K: Array, integrals: tuple[int, ...]) -> GainFi
         torque=np.asarray(at.torque, dtype=float), joint_follow=joint_follow, torque_follow=torque_follow,
         K=K[:, :s], integrals=integrals, K_integral=K[:, s:],
     )  # fmt: skip
-
-

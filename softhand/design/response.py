@@ -55,7 +55,7 @@ def answer(loop: Loop, push: Array, frequencies: Array) -> Array:
 
 
 def bandwidths(loop: Loop, push: Array) -> Array:
-    """Frequency at which the answer along and about each axis falls below 71 % of what is asked for [Hz], shape (6,)."""
+    """Frequency at which the answer along and about each axis falls below 71 % [Hz], shape (6,)."""
     frequencies = np.geomspace(_LOWEST, 0.49 / loop.period, _COUNT)
     size = np.abs(answer(loop, push, frequencies))
     found = np.empty(6)
