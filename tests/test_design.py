@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import math
 from collections.abc import Callable
@@ -14,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import run_command
-from hands import DATA, Array
+from hands import DATA, REPOSITORY, Array
 from numpy.testing import assert_allclose
 
 import softhand
@@ -38,20 +39,22 @@ def with_gains(file: Path, name: str = "hold", **values: Any) -> softhand.Scenar
 
 
 def run(design: LqrDesign, file: Path, x0: Array, count: int) -> tuple[float, Array]:
-    """Cost of a run from x0, step by step, and its x; the plant in steps of those of the design."""
+    """Cost of so many periods from x0, and x before each and after the last; the plant in the steps of the design."""
     stepper = {"name": "midpoint", "step": 1e-4}
     simulation = softhand.build(with_gains(file, duration=10.0, stepper=stepper))
     rest, n = design.state, len(design.inputs)
     state = beside(simulation.plant, State(rest.q, rest.v, rest.z), x0)
     simulation.reset(State(state.q, state.v, state.z, rest.time))
     sums, cost, rows = np.zeros(len(design.A) - len(x0)), 0.0, []
-    for _ in range(count):
+    for k in range(count + 1):
         seen = simulation.sample()
         moved = pin.difference(simulation.plant.world.model, rest.q, simulation.state.q)
         x = np.concatenate([moved, simulation.state.v, sums])
+        rows.append(x)
+        if k == count:
+            break
         u = simulation.torque - design.gains.torque
         cost += design.period * (x @ design.Q @ x + u @ design.R @ u)
-        rows.append(x)
         error = np.concatenate([moved[n:], seen.internal_force - seen.internal_force_desired])
         sums = sums + design.period * error[list(design.gains.integrals)]
         simulation.step()
@@ -69,9 +72,9 @@ def test_a_run_costs_what_the_design_says(design: LqrDesign, tmp_path: Path) -> 
     """x^T P x, with the sums of errors; and the first periods are those of A - B K."""
     design.save(tmp_path / "gains.toml")
     x0 = small(0, len(design.inputs))
-    cost, rows = run(design, tmp_path / "gains.toml", x0, 1200)
-    assert np.max(np.abs(rows[-1])) < 3e-3 * np.max(np.abs(x0))
-    assert_allclose(cost, design.cost(x0), rtol=2e-4)
+    cost, rows = run(design, tmp_path / "gains.toml", x0, 400)
+    assert design.cost(rows[-1]) < 0.05 * design.cost(x0)
+    assert_allclose(cost + design.cost(rows[-1]), design.cost(x0), rtol=2e-4)
     step = design.A - design.B @ design.K
     for before, after in pairwise(rows[:20]):
         assert np.max(np.abs(after - step @ before)) < 1e-3 * np.max(np.abs(before))
@@ -81,11 +84,11 @@ def test_no_other_gains_cost_less(design: LqrDesign, tmp_path: Path) -> None:
     """Runs with gains that are off by a few percent, in any direction, cost more."""
     x0, rng = small(1, len(design.inputs)), np.random.default_rng(2)
     design.save(tmp_path / "best.toml")
-    best, _ = run(design, tmp_path / "best.toml", x0, 600)
+    best, _ = run(design, tmp_path / "best.toml", x0, 400)
     for k in range(3):
         off = 1.0 + 0.1 * rng.choice([-1.0, 1.0], design.gains.K.shape)
         replace(design.gains, K=design.gains.K * off).write(tmp_path / f"off-{k}.toml")
-        assert run(design, tmp_path / f"off-{k}.toml", x0, 600)[0] > best
+        assert run(design, tmp_path / f"off-{k}.toml", x0, 400)[0] > best
 
 
 def test_p_solves_its_equation(design: LqrDesign) -> None:
@@ -132,7 +135,7 @@ def test_another_pose_nearby_is_held_with_the_gains_of_this_one(design: LqrDesig
         recording = softhand.simulate(with_gains(tmp_path / file, reference=asked, duration=4.0))
         assert recording.complete and np.max(np.abs(recording.joint_velocity[-1])) < 1e-3
         off.append(float(np.linalg.norm(recording.object_position[-1] - asked["object_position"])))
-    assert off[0] < 0.05 * 2e-3 and 3.0 < off[0] / off[1] < 5.0
+    assert off[0] < 0.15e-3 and 3.0 < off[0] / off[1] < 5.0
     assert off[2] < 0.1 * off[0]
 
 
@@ -244,3 +247,33 @@ def test_the_commands(tmp_path: Path) -> None:
         "design", "gains", "hold", "--bandwidth", "3", "--damping", "0.15", "--json", "--out", "g.png", folder=tmp_path
     )
     assert shown.returncode == 0 and json.loads(shown.stdout)["units"]["bandwidth"] == "Hz"
+
+
+def script() -> Any:
+    """scripts/make_design_table.py."""
+    spec = importlib.util.spec_from_file_location("make_design_table", REPOSITORY / "scripts/make_design_table.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_designed_gains_hold_target_a_where_those_of_the_paper_do_not(tmp_path: Path) -> None:
+    """The short version of the table: the paper's loop loses the box within 4 s, the regulator's does not move."""
+    made = script()
+    paper = made.row("paper", None, 4.0)
+    assert paper.growth > 5.0 and paper.held < 4.0
+    softhand.design_lqr("target-a", overrides=made.HELD).save(tmp_path / "gains.toml")
+    found = made.row("ours", {"name": "state-feedback", "gain_file": str(tmp_path / "gains.toml")}, 4.0)
+    assert found.growth < -1.0 and found.held == 4.0 and found.strayed < 1e-8 and found.speed < 1e-6
+
+
+@pytest.mark.long
+def test_the_table_of_the_page() -> None:
+    """600 s each: as docs/design.md has it, to the digits that it shows of growth, delay and time."""
+    found = script().rows(600.0)
+    page = (REPOSITORY / "docs/design.md").read_text()
+    for one in found:
+        cells = script().table([one]).splitlines()[2].split(" | ")
+        assert " | ".join(cells[:4]) in page, cells
+    assert math.isinf(found[0].strayed) and all(one.held == 600.0 and one.strayed < 1e-9 for one in found[1:])
