@@ -205,7 +205,9 @@ def test_gains_of_another_hand_are_refused(tmp_path: Path) -> None:
     replace(found, joints=("other", *found.joints[1:])).write(tmp_path / "g.toml")
     refused('is for another hand: it has "other" among its joints', lambda: softhand.build(
         with_gains(tmp_path / "g.toml")).sample())  # fmt: skip
-    refused("none.toml cannot be read: No such file", lambda: softhand.build(with_gains(tmp_path / "none.toml")))
+    refused(
+        "none.toml cannot be read: No such file", lambda: softhand.build(with_gains(tmp_path / "none.toml")).sample()
+    )
 
 
 def test_the_gain_file_lies_beside_the_scenario(tmp_path: Path) -> None:

@@ -121,7 +121,8 @@ def _read(path: Path, _time: int, _size: int) -> GainFile:
         raise _wrong(path, f"period: got {period:g}; it has to be above 0 s")
     if np.max(np.abs(R.T @ R - np.eye(3))) > 1e-6 or np.linalg.det(R) < 0.0:
         raise _wrong(path, "object_rotation: is no rotation: its columns have to be unit vectors at right angles")
-    return GainFile(period=period, integrals=tuple(integrals.astype(int).tolist()), **names, **arrays)
+    found: dict[str, Any] = {**names, **arrays, "period": period, "integrals": tuple(integrals.astype(int).tolist())}
+    return GainFile(**found)
 
 
 def check_fit(found: GainFile, file: str, joints: tuple[str, ...], tips: tuple[str, ...]) -> None:
