@@ -47,6 +47,10 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
+    from softhand.design.gains import GainDesign as GainDesign
+    from softhand.design.gains import design_gains as design_gains
+    from softhand.design.lqr import LqrDesign as LqrDesign
+    from softhand.design.lqr import design_lqr as design_lqr
     from softhand.errors import BrowserError as BrowserError
     from softhand.errors import ControllerError as ControllerError
     from softhand.errors import GraspError as GraspError
@@ -138,6 +142,8 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "design.gains": ("GainDesign", "design_gains"),
+    "design.lqr": ("LqrDesign", "design_lqr"),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
     "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
