@@ -17,6 +17,7 @@ import typer
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
+    design,
     energy,
     equilibrium,
     export,

@@ -187,7 +187,7 @@ def close_loop(
     model = _linear(situation, True, ("internal_force",) if with_outputs else ())
     closed = model.closed
     assert closed is not None
-    spread, gather, names, units, remembered = _coordinates(situation, model)
+    spread, gather, names, units, remembered = rolling_coordinates(situation, model)
     s, m = len(model.A), len(closed.A) - len(model.A)
     spread_all = np.block([[spread, np.zeros((s, m))], [np.zeros((m, spread.shape[1])), np.eye(m)]])
     C, outputs, output_units = _outputs(situation, model, closed.C) if with_outputs else (closed.C, (), ())
@@ -253,7 +253,7 @@ def plant_over(place: Place, time: float) -> tuple[Array, Array]:
     """A and B of the plant for torques that are held for any time [s], in the coordinates of `Loop`."""
     situation = place.situation(time)
     model = _linear(situation, False, ())
-    spread, gather, *_ = _coordinates(situation, model)
+    spread, gather, *_ = rolling_coordinates(situation, model)
     return gather @ model.A @ spread, gather @ model.B
 
 
@@ -319,7 +319,7 @@ def _first_bad(matrix: Array, columns: tuple[str, ...]) -> str:
     return columns[bad[0]] if len(bad) else ""
 
 
-def _coordinates(
+def rolling_coordinates(
     situation: Situation, model: Linearization
 ) -> tuple[Array, Array, tuple[str, ...], tuple[str, ...], int]:
     """Matrices from the coordinates of `Loop` to those of a linearization and back, names, units, count of memories."""

@@ -33,6 +33,11 @@ class RigidTerms:
     def _above(self) -> NDArray[np.bool_]:
         return ~np.tri(self._model.nv, k=-1, dtype=bool)
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of the joints of the hand, in the order of the velocities."""
+        return tuple(self._model.names[1:-1])
+
     @cached_property
     def compiled(self) -> tuple[Tree, Terms]:
         """What `rigid.rigid_terms` needs for this model, and room for its results.
