@@ -47,7 +47,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "design_lqr", "LqrDesign", "design_gains", "GainDesign",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
-         "identify", "Identification"),
+         "collisions", "Collisions", "Collision", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

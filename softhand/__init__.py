@@ -34,6 +34,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
+    from softhand.collision.collisions import collisions as collisions
+    from softhand.collision.record import Collision as Collision
+    from softhand.collision.record import Collisions as Collisions
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
@@ -128,6 +131,8 @@ _HOMES = {
     "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
+    "collision.collisions": ("collisions",),
+    "collision.record": ("Collision", "Collisions"),
     "margins.along": ("StabilityAlong", "stability_along"),
     "margins.margins": ("Margins",),
     "margins.modes": ("Mode",),

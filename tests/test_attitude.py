@@ -42,6 +42,7 @@ CONTROLLERS = {
     "two-phase": "pinch-two-phase",
     "opposing": "pinch-opposing",
     "pick-and-place": "target-a",
+    "least-squeeze": "target-a",
 }
 
 
@@ -67,7 +68,7 @@ def load(name: str) -> softhand.Scenario:
     """A short run with a controller, errors as rotation vectors, which moves to its target in 0.1 s."""
     values = {"duration": 0.12, "reference.duration": 0.1, "reference.orientation_path": "geodesic"}
     scenario = softhand.load_scenario(CONTROLLERS[name], values)
-    if name in ("regulation", "pick-and-place"):
+    if name in ("regulation", "pick-and-place", "least-squeeze"):
         scenario = scenario.with_values({"controller": {"name": name}})
     # a smaller way, which the grasp follows at that pace
     start, target = np.array(scenario.object.position), np.array(scenario.reference.object_position)

@@ -93,6 +93,7 @@ OUTS: list[tuple[str, ...]] = [
     ("squeeze", "--out", FIGURE),
     ("push", "--out", FIGURE),
     ("stability", "--out", FIGURE),
+    ("gradient", "--out", FIGURE),
     ("design", "lqr", "--out", FIGURE),
     ("design", "gains", "--out", FIGURE),
     ("workspace", "--out", FIGURE),

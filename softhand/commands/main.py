@@ -22,6 +22,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     equilibrium,
     export,
     film,
+    gradient,
     grasp,
     hands,
     identify,

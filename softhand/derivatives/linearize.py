@@ -26,6 +26,7 @@ from softhand.derivatives.states import input_entries, state_entries
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
 from softhand.laws.law import Law
+from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -99,7 +100,7 @@ def linearize(
     if ideal:
         warnings.warn(
             f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; "
-            "softhand.simulate shows what they do.",
+            "softhand.stability has delays, holds, filters and lags in its loop, softhand.simulate all.",
             ScenarioWarning,
             stacklevel=2,
         )
@@ -219,8 +220,9 @@ class _Work:
         return found
 
     def _rows(self) -> list[tuple[str, str, str]]:
-        names = slides_in(self.at.plant.world.hand_text)
-        return output_names(self.at.probe, self.keep.variables, names)
+        world = self.at.plant.world
+        names = frozenset(name for name, slides in zip(world.joint_names, slides_of(world), strict=True) if slides)
+        return output_names(self.at.probe, self.keep.variables, names | slides_in(world.hand_text))
 
     def _through(self, rows: list[tuple[str, str, str]]) -> Array:
         """D: the torques themselves are the only outputs that they change at once."""

@@ -322,7 +322,7 @@ class _Search:
             there = place.with_controller(controller)
             try:
                 loop = close_loop(there)
-                delayed = growth_of(delayed_step(loop, there, self.delay, reach), loop.period)
+                delayed = growth_of(delayed_step(loop, there, self.delay, reach), loop.cycle)
                 answered = bandwidths(loop, push_of_pose(there))
             except SofthandError:
                 return Reached(np.zeros(6), 0.0, math.inf, math.inf, "no linear loop")

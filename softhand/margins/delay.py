@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from softhand.margins.loop import Loop, growth_of, plant_over
+from softhand.margins.loop import Loop, growth_of, in_turn, plant_over
 from softhand.margins.place import Place
 from softhand.margins.search import first_edge
 from softhand.numerics.arrays import Array
@@ -27,7 +27,7 @@ def reach_of(loop: Loop, place: Place, delay: float) -> tuple[int, list[Array]]:
 
 
 def delayed_step(loop: Loop, place: Place, delay: float, reach: tuple[int, list[Array]] | None = None) -> Array:
-    """The loop whose torques come later: (x, m, torques under way) a period on.
+    """The loop whose torques come later: (x, m, torques under way) a cycle on.
 
         x' = Phi(T) x + Phi(T - r) Gamma(r) u_{k-d-1} + Gamma(T - r) u_{k-d},    delay = d T + r
 
@@ -40,17 +40,20 @@ def delayed_step(loop: Loop, place: Place, delay: float, reach: tuple[int, list[
     n, s, size = len(loop.inputs), len(loop.A), len(loop.step)
     d, acting = reach or reach_of(loop, place, delay)
     waiting = d + len(acting) - 1
-    step = np.zeros((size + waiting * n,) * 2)
-    step[:s, :s], step[s:size, :size] = loop.A, loop.N
-    for age, B in enumerate(acting, d):  # of the torque that acts
-        if age == 0:
-            step[:s, :size] += B @ loop.K
-        else:
-            step[:s, size + (age - 1) * n : size + age * n] += B
-    if waiting:
-        step[size : size + n, :size] = loop.K
-        step[size + n :, size:-n] = np.eye((waiting - 1) * n)
-    return step
+    steps = []
+    for turn in loop.turns:
+        step = np.zeros((size + waiting * n,) * 2)
+        step[:s, :s], step[s:size, :size] = loop.A, turn.N
+        for age, B in enumerate(acting, d):  # of the torque that acts
+            if age == 0:
+                step[:s, :size] += B @ turn.K
+            else:
+                step[:s, size + (age - 1) * n : size + age * n] += B
+        if waiting:
+            step[size : size + n, :size] = turn.K
+            step[size + n :, size:-n] = np.eye((waiting - 1) * n)
+        steps.append(step)
+    return in_turn(steps)
 
 
 def delay_margin(loop: Loop, place: Place) -> float:
@@ -63,4 +66,4 @@ def delay_margin(loop: Loop, place: Place) -> float:
 
 
 def _growth(loop: Loop, place: Place, delay: float) -> float:
-    return growth_of(delayed_step(loop, place, delay), loop.period)
+    return growth_of(delayed_step(loop, place, delay), loop.cycle)
