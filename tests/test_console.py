@@ -132,7 +132,10 @@ def test_all_commands_that_write_are_asked() -> None:
 
     with_out = {
         name or info.name or info.callback.__name__
-        for name, one in (("", app), *((group.name, group.typer_instance) for group in app.registered_groups))
+        for name, one in (
+            ("", app),
+            *((group.typer_instance.info.name, group.typer_instance) for group in app.registered_groups),
+        )
         for info in one.registered_commands
         if info.callback is not None and "out" in info.callback.__annotations__
     }

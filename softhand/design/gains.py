@@ -162,7 +162,7 @@ def design_gains(
     """Gains of `regulation`, `object-impedance` or `computed-torque` for a bandwidth of the pose.
 
         found = softhand.design_gains("target-a", 3.0)
-        softhand.simulate("target-a", {"controller": {"name": found.name, **found.settings}})
+        softhand.simulate(softhand.load_scenario("target-a", {"controller": {"name": found.name, **found.settings}}))
 
     The first guess is the object as one mass, M = M_O + A^T M_F A with A the joint velocities by its twist in rolling
     contact: K = omega^2 M, and damping 2 zeta omega M at the object or, of the joints, nearest to it. Then the gains

@@ -161,9 +161,10 @@ def design_lqr(
 ) -> LqrDesign:
     """A linear-quadratic regulator for a grasp at rest.
 
-        design = softhand.design_lqr("target-a", {"object_position": 4e6, "object_position_integral": 1e7})
+        design = softhand.design_lqr("hold", {"object_position": 4e6, "object_position_integral": 1e7})
         design.save("gains.toml")
-        softhand.simulate("target-a", {"controller": {"name": "state-feedback", "gain_file": "gains.toml"}})
+        controller = {"name": "state-feedback", "gain_file": "gains.toml"}
+        softhand.simulate(softhand.load_scenario("hold", {"controller": controller}))
 
     The plant is one control period of `linearize`, in steps of a tenth of it or less, so that it is the plant and not
     its steps; stuck shear follows the motion by rolling, and x has 2 (n + 6) numbers, all of which a controller sees.
