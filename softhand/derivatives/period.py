@@ -31,8 +31,8 @@ class Moves(NamedTuple):
     """[s]"""
     steps: int
     """In a period."""
-    time: float
-    """At which it begins [s]."""
+    time: Array
+    """At which it begins [s], shape (1,)."""
     base: StateArrays
     """Where it begins unmoved."""
     torque: Array
@@ -68,7 +68,7 @@ def run_moves(mechanics, moves, count):
     """
     m, state = mechanics, mechanics.state
     for i in range(count[0]):
-        _begin(m, moves, moves.entry[i], moves.amount[i])
+        begin(m, moves, moves.entry[i], moves.amount[i])
         if moves.kind == MIDPOINT:
             rigid_terms(m.tree, state.q, state.v, m.terms)
             start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, moves.step, state)
@@ -82,14 +82,14 @@ def run_moves(mechanics, moves, count):
                 rigid_poses(m.tree, state.q, m.terms)
             for j in range(m.external.shape[0]):
                 m.external[j] = 0.0
-            add_pushes(moves.pushes, moves.time + k * moves.step, m.terms.poses, m.terms.J, m.external)
+            add_pushes(moves.pushes, moves.time[0] + k * moves.step, m.terms.poses, m.terms.J, m.external)
             advance(moves.kind, m, moves.step)
             _note_sides(m, moves.sides[i, 1 + k])
         _end(m, moves, moves.ends[i])
 
 
 @compiled
-def _begin(m, moves, index, amount):
+def begin(m, moves, index, amount):
     """Everything as it is at the begin, then one entry moved."""
     base, state = moves.base, m.state
     nv, nz, n = state.v.shape[0], moves.remembered.shape[0], m.torque.shape[0]
