@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
+    from softhand.derivatives.linearizer import Linearizer as Linearizer
     from softhand.errors import BrowserError as BrowserError
     from softhand.errors import ControllerError as ControllerError
     from softhand.errors import GraspError as GraspError
@@ -137,6 +138,7 @@ _HOMES = {
     "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
     "derivatives.linearize": ("linearize",),
+    "derivatives.linearizer": ("Linearizer",),
     "errors": (
         "BrowserError",
         "ControllerError",

@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 from softhand.closed_loop.linearize import is_memory
 from softhand.derivatives.period import Moves, run_moves
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
-from softhand.numerics.addressed import addressed
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.layouts import Layouts
+from softhand.numerics.straight import put
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.simulation.pushes import Push, PushTable, push_table
 from softhand.steppers.kernels import MIDPOINT, mechanics_of
 from softhand.steppers.stepper import Stepper
-from softhand.steppers.straight_steps import straight_steps
+from softhand.steppers.straight_steps import straight_start, straight_steps
 
 ROOM = 512
 """Periods in one call."""
@@ -76,15 +77,17 @@ class PeriodModel:
             remembered=self.remembered,
             along=np.zeros(nv),
             pushes=_with_wrench(plant, pushes),
+            start=np.zeros((1, 2), np.int64),
             entry=np.full(ROOM, -1, np.int64),
             amount=np.zeros(ROOM),
             ends=np.zeros((ROOM, nq + nv + len(self.remembered))),
             sides=np.zeros((ROOM, 1 + steps, len(plant.contacts)), np.int64),
         )
         self.layouts = layouts = Layouts()
-        self._codes = (
-            straight_steps(self.mechanics, stepper[0].step, layouts) if straight and stepper[1] == MIDPOINT else []
-        )
+        self._codes: list[Addressed | None] = []
+        if straight and stepper[1] == MIDPOINT:
+            self._codes += straight_steps(self.mechanics, stepper[0].step, layouts)
+            self._codes.append(put(straight_start(self.mechanics, stepper[0].step, layouts), self.moves.start[0]))
         self._run = addressed(run_moves, self.mechanics, self.moves, self.count, layouts=layouts)
 
     def put(self, state: State, torque: Array) -> None:
