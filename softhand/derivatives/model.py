@@ -13,6 +13,7 @@ from softhand.model.configuration import ADDITIVE, CONTINUOUS
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.layouts import Layouts
+from softhand.numerics.spatial import cross_matrix
 from softhand.numerics.straight import put
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -208,10 +209,11 @@ def beyond(plant: Plant, ends: Array, base: Array) -> Array:
 def _pose_beyond(poses: Array, base: Array) -> Array:
     """R^T (p - p_base) and the rotation vector of R_base^T R."""
     r, w = base[3:6], base[6]
+    by_r = cross_matrix(r)  # a x r = a [r]x for rows a
     moved = poses[:, :3] - base[:3]
-    t = 2.0 * np.cross(moved, r)  # of the inverse rotation: r -> -r
-    translation = moved + w * t + np.cross(t, r)
-    vector = w * poses[:, 3:6] - poses[:, 6:7] * r - np.cross(r, poses[:, 3:6])
+    t = 2.0 * moved @ by_r  # of the inverse rotation: r -> -r
+    translation = moved + w * t + t @ by_r
+    vector = w * poses[:, 3:6] - poses[:, 6:7] * r + poses[:, 3:6] @ by_r
     scalar = w * poses[:, 6] + poses[:, 3:6] @ r
     length = np.linalg.norm(vector, axis=1)
     angle = 2.0 * np.arctan2(length, np.abs(scalar)) * np.where(scalar < 0.0, -1.0, 1.0)
