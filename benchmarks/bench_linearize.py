@@ -1,4 +1,4 @@
-"""A and B of one 1 ms step: softhand's `Linearizer` against MuJoCo's `mjd_transitionFD` on the same hand, box and start.
+"""A and B of one 1 ms step: `softhand.Linearizer` against MuJoCo's `mjd_transitionFD` on one hand, box and start.
 
 Both sides run in one process on one core, in short rounds that take turns; a ratio is the median of the ratios of the
 rounds, with their quartiles. Compared are

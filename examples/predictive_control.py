@@ -1,8 +1,8 @@
 """Predictive control at 100 Hz: the box goes to random targets, and no fingertip may use more than its friction.
 
-Each 10 ms the hand is linearised where it is, the next 120 ms follow from x' = drift + A x + B u, and a quadratic program
-finds the torques that keep nearest to the way, hold the use of friction below 95 % and the torques within their limits.
-The whole state is taken as measured, shear of the tips with it, and model and hand are the same: no estimator, no error.
+Each 10 ms the hand is linearised where it is, the next 120 ms follow from x' = drift + A x + B u, and a quadratic
+program finds the torques that keep nearest to the way, the use of friction below 95 % and the torques within limits.
+The whole state is taken as measured, shear of the tips with it, and the model is exact: no estimator, no error.
 
 Example: OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python examples/predictive_control.py --targets 100
 """
@@ -67,8 +67,8 @@ def best_change(model, seen, torque, target):
     states = ahead(model)
     last = np.sqrt([*[1.0] * (STAGES - 1), 5.0])  # more weight at the end of the horizon
     change = (np.eye(size) - np.eye(size, k=-n)) / CHANGE
-    M = UNIT * np.vstack([*(w * G @ X for w, (X, _) in zip(last, states)), change])
-    m = np.concatenate([*(w * (G @ x + g) for w, (_, x) in zip(last, states)), np.zeros(size)])
+    M = UNIT * np.vstack([*(w * G @ X for w, (X, _) in zip(last, states, strict=True)), change])
+    m = np.concatenate([*(w * (G @ x + g) for w, (_, x) in zip(last, states, strict=True)), np.zeros(size)])
     P, q = np.zeros((size + 1, size + 1)), np.append(M.T @ m, PRICE)
     P[:size, :size] = M.T @ M
     slips = np.vstack([UNIT * C @ X for X, _ in states])
@@ -144,7 +144,7 @@ def regulation(scenario):
 
 
 def outcome(run, scenario):
-    """How a run ended: error of the position [mm], largest use of friction, longest slip of a tip [mm]; None if lost."""
+    """How a run ended: position error [mm], largest use of friction, longest slip of a tip [mm]; None if lost."""
     try:
         seen, largest = run(scenario)
     except softhand.SimulationStopped:
@@ -169,15 +169,20 @@ def main(arguments=()):
         scenario = random_target(rng)
         rows.append((outcome(lambda task: predictive(task, latency), scenario), outcome(regulation, scenario)))
         print(f"{k + 1:3d}  predictive {told(rows[-1][0])} regulation {told(rows[-1][1])}", flush=True)
-    for name, found in zip(("predictive", "regulation"), zip(*rows)):
+    for name, found in zip(("predictive", "regulation"), zip(*rows, strict=True), strict=True):
         kept = [one for one in found if one is not None]
         slipped = sum(slip > 0.0 for _, _, slip in kept)
-        print(f"{name}: {len(found) - len(kept)} lost, {slipped} slipped of {len(found)}; largest error "
-              f"{max(error for error, _, _ in kept):.3f} mm, largest use {max(use for _, use, _ in kept):.3f}")
-    for name, took in zip(("latency", "processor"), 1e3 * np.array(latency).T):
+        print(
+            f"{name}: {len(found) - len(kept)} lost, {slipped} slipped of {len(found)}; largest error "
+            f"{max((error for error, _, _ in kept), default=np.nan):.3f} mm, "
+            f"largest use {max((use for _, use, _ in kept), default=np.nan):.3f}"
+        )
+    for name, took in zip(("latency", "processor"), 1e3 * np.array(latency).T, strict=True):
         median, most, longest = np.quantile(took, [0.5, 0.99, 1.0])
-        print(f"{name} {median:.2f} ms (median), {most:.2f} ms (99 %), {longest:.2f} ms (largest); "
-              f"{np.sum(took > 1e3 * PERIOD)} of {len(took)} answers beyond {1e3 * PERIOD:.0f} ms")
+        print(
+            f"{name} {median:.2f} ms (median), {most:.2f} ms (99 %), {longest:.2f} ms (largest); "
+            f"{np.sum(took > 1e3 * PERIOD)} of {len(took)} answers beyond {1e3 * PERIOD:.0f} ms"
+        )
     return rows, np.array(latency)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,7 +114,7 @@ class PeriodModel:
 
     def rows(
         self,
-        run: Callable[[], None],
+        run: Addressed,
         values: Array,
         sides: NDArray[np.int64],
         index: NDArray[np.int64],
@@ -146,7 +146,7 @@ class PeriodModel:
 
     def _after_letting_go(
         self,
-        run: Callable[[], None],
+        run: Addressed,
         values: Array,
         sides: NDArray[np.int64],
         index: NDArray[np.int64],
