@@ -36,7 +36,7 @@ Blocks = Mapping[str, Callable[[], str]]
 TOP = {
     "pyproject.toml": "what is installed, and the settings of the tools",
     "mkdocs.yml": "the site of docs/",
-    "urdf/": "the reference hand, a planar hand of two fingers, a gripper; boxes, can, prism, ball",
+    "urdf/": "the reference hand, a planar hand of two fingers, grippers, coupled fingers; boxes, can, prism, ball",
     "docs/": "a page a subject, and tutorials that run",
     "examples/": "short programs to begin from, each run by a test",
     "scripts/": "make_docs.py, what makes the figures of docs/ anew, and the pages of the site that are generated",

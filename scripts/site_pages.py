@@ -44,9 +44,10 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearizer", "Linearization", "ClosedLoop",
          "gradient", "Gradient", "QuadraticCost", "FunctionCost",
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
+         "design_lqr", "LqrDesign", "design_gains", "GainDesign",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
-         "identify", "Identification"),
+         "collisions", "Collisions", "Collision", "identify", "Identification"),
     ),
     "pictures": (
         "Pictures and films",

@@ -34,6 +34,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
+    from softhand.collision.collisions import collisions as collisions
+    from softhand.collision.record import Collision as Collision
+    from softhand.collision.record import Collisions as Collisions
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
     from softhand.dampings.damping import Damping as Damping
@@ -45,6 +48,10 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
     from softhand.derivatives.linearizer import Linearizer as Linearizer
+    from softhand.design.gains import GainDesign as GainDesign
+    from softhand.design.gains import design_gains as design_gains
+    from softhand.design.lqr import LqrDesign as LqrDesign
+    from softhand.design.lqr import design_lqr as design_lqr
     from softhand.errors import BrowserError as BrowserError
     from softhand.errors import ControllerError as ControllerError
     from softhand.errors import GraspError as GraspError
@@ -125,6 +132,8 @@ _HOMES = {
     "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
+    "collision.collisions": ("collisions",),
+    "collision.record": ("Collision", "Collisions"),
     "margins.along": ("StabilityAlong", "stability_along"),
     "margins.margins": ("Margins",),
     "margins.modes": ("Mode",),
@@ -134,6 +143,8 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
+    "design.gains": ("GainDesign", "design_gains"),
+    "design.lqr": ("LqrDesign", "design_lqr"),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
     "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),

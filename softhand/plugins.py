@@ -51,6 +51,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "point-contact": "softhand.controllers.point_contact:PointContact",
         "object-impedance": "softhand.controllers.object_impedance:ObjectImpedance",
         "computed-torque": "softhand.controllers.computed_torque:ComputedTorque",
+        "state-feedback": "softhand.controllers.state_feedback:StateFeedback",
         "blind": "softhand.controllers.blind:Blind",
         "opposing": "softhand.controllers.opposing:Opposing",
         "angle-feedback": "softhand.controllers.angle_feedback:AngleFeedback",

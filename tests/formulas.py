@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,6 +20,7 @@ from softhand.contact.pairs import contact_pairs
 from softhand.controllers.object_estimator import ObjectEstimator
 from softhand.grasping.materials import Material
 from softhand.sensing.observation import Observation
+from softhand.settings.toml import tomllib
 
 Seen: TypeAlias = Sequence[Observation]
 Formula: TypeAlias = Callable[[Any, Seen], Array]
@@ -400,6 +402,33 @@ def _least(cost: Array, cones: list[tuple[Array, Array]], planes: list[tuple[Arr
     return x
 
 
+def state_feedback(controller: Any, seen: Seen) -> Array:
+    """tau = u* + N_u r - K x - K_I i, with the numbers of the file."""
+    given = tomllib.loads(Path(controller.gain_file).read_text())
+    table = {name: np.array(value) for name, value in given.items()}
+    sums = np.zeros(len(table["integrals"]))
+    for k, o in enumerate(seen):
+        R, R_d, R_0 = o.object_rotation, rotation(o.object_rpy_desired), table["object_rotation"]
+        r = np.concatenate([
+            R_0.T @ (o.object_position_desired - table["object_position"]), pin.log3(R_0.T @ R_d),
+            o.internal_force_desired - table["internal_force"],
+        ])  # fmt: skip
+        asked = np.concatenate([R_0.T @ o.object_twist_desired[:3], R_d.T @ o.object_twist_desired[3:]])
+        e = np.concatenate([
+            R_d.T @ (o.object_position - o.object_position_desired), pin.log3(R_d.T @ R),
+            o.internal_force - o.internal_force_desired,
+        ])  # fmt: skip
+        N = table["joint_follow"]
+        x = np.concatenate([
+            o.joint_position - table["joint_position"] - N @ r, e[:6],
+            o.joint_velocity - N[:, :6] @ asked, np.kron(np.eye(2), R.T) @ (o.object_twist - o.object_twist_desired),
+        ])  # fmt: skip
+        if k == len(seen) - 1:
+            return table["torque"] + table["torque_follow"] @ r - table["K"] @ x - table["K_integral"] @ sums
+        sums = sums + table["period"] * e[table["integrals"].astype(int)]
+    raise AssertionError
+
+
 FORMULAS: dict[str, Formula] = {
     "regulation": regulation,
     "least-squeeze": least_squeeze,
@@ -407,6 +436,7 @@ FORMULAS: dict[str, Formula] = {
     "point-contact": point_contact,
     "object-impedance": object_impedance,
     "computed-torque": computed_torque,
+    "state-feedback": state_feedback,
     "blind": blind,
     "opposing": opposing,
     "angle-feedback": angle_feedback,

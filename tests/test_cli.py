@@ -148,18 +148,18 @@ def test_the_help_of_the_program_has_every_command_by_its_task(tmp_path):
 
 
 SHARED = {
-    "--set": "simulate check compare grasp equilibrium squeeze push workspace stability remark3",
-    "--law": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 identify",
-    "--controller": "simulate check compare grasp equilibrium squeeze push stability",
+    "--set": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3",
+    "--law": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify",
+    "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
-    "--out": "simulate compare grasp squeeze push workspace stability remark3 reproduce identify validate "
+    "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
     "plot report film export energy lyapunov",
-    "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 identify list "
-    "plot view report film export energy lyapunov",
-    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability reproduce identify validate "
-    "energy lyapunov list hands",
-    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability remark3 reproduce identify "
-    "validate new plot view report film export energy lyapunov",
+    "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
+    "list plot view report film export energy lyapunov",
+    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
+    "validate energy lyapunov list hands",
+    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
+    "identify validate new plot view report film export energy lyapunov",
 }
 """Options and the commands that have them."""
 

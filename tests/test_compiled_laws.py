@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hands import Array
+from hands import DATA, Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, ControllerError, SimulationStopped, build, load_scenario
@@ -23,13 +23,15 @@ KEPT = ("joint_position", "object_position", "object_rpy", "contact_force", "joi
 SCENARIOS = {
     **{name: name for name in SHIPPED["controllers"]},
     "regulation": "target-a",
+    "state-feedback": "target-a",
     "opposing": "pinch-opposing",
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
     "pick-and-place": "grasp-and-lift",
 }
 CASES: list[tuple[str, dict[str, Any]]] = [
-    *((name, {}) for name in SHIPPED["controllers"]),
+    *((name, {}) for name in SHIPPED["controllers"] if name != "state-feedback"),
+    ("state-feedback", {"controller": {"name": "state-feedback", "gain_file": str(DATA / "state_feedback.toml")}}),
     *((name, {"controller.orientation_error": "euler"}) for name in ("finger-only", "computed-torque")),
     ("pick-and-place", {"duration": 1.2}),  # until the tips hold
 ]

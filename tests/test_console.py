@@ -93,6 +93,9 @@ OUTS: list[tuple[str, ...]] = [
     ("squeeze", "--out", FIGURE),
     ("push", "--out", FIGURE),
     ("stability", "--out", FIGURE),
+    ("gradient", "--out", FIGURE),
+    ("design", "lqr", "--out", FIGURE),
+    ("design", "gains", "--out", FIGURE),
     ("workspace", "--out", FIGURE),
     ("validate", "--out", "no-folder/x.md"),
     ("simulate", "--out", FOLDERED),
@@ -128,8 +131,9 @@ def test_all_commands_that_write_are_asked() -> None:
     from softhand.commands.main import app
 
     with_out = {
-        info.name or info.callback.__name__
-        for info in app.registered_commands
+        name or info.name or info.callback.__name__
+        for name, one in (("", app), *((group.name, group.typer_instance) for group in app.registered_groups))
+        for info in one.registered_commands
         if info.callback is not None and "out" in info.callback.__annotations__
     }
     assert with_out == {command[0] for command in OUTS}

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from formulas import FORMULAS, Seen, block, rotation, torque_of, turning
-from hands import Array
+from hands import DATA, Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, Simulation, build, load_scenario
@@ -25,10 +25,11 @@ needs_robots = pytest.mark.skipif(
     reason='needs the extra robots: pip install "softhand[robots]"',
 )
 PINCH = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase"}
+NEEDED = {"state-feedback": {"gain_file": str(DATA / "state_feedback.toml")}}
 UNEQUAL = {"K_O_position": (80.0, 100.0, 120.0), "K_N": (1.2, 1.5, 1.8), "K_v": 0.01}
 EULER = {"orientation_error": "euler"}
 CASES: list[Any] = [
-    *((name, PINCH.get(name, "target-a"), {}) for name in SHIPPED["controllers"]),
+    *((name, PINCH.get(name, "target-a"), NEEDED.get(name, {})) for name in SHIPPED["controllers"]),
     *((name, "target-a", {"torsion_compensation": False}) for name in
       ("regulation", "finger-only", "point-contact", "object-impedance", "computed-torque")),
     *((name, "target-a", EULER) for name in ("regulation", "finger-only", "object-impedance", "computed-torque")),
@@ -226,6 +227,7 @@ MEASURED = {
     "object-impedance": GRASP | TWIST | {"object_rotation", "object_twist"},
     "computed-torque": GRASP | TWIST | {"object_rotation", "object_twist", "configuration"},
     "point-contact": {"object_position", "object_rotation", "object_twist", "contact_rotation", "contact_force"},
+    "state-feedback": {"object_position", "object_rpy", "object_rotation", "object_twist", "internal_force"},
     "blind": set(),
     "opposing": set(),
     "angle-feedback": {"object_position", "object_rotation", "object_twist", "contact_rotation", "contact_point",

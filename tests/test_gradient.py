@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import run_command
 
 import softhand
 from softhand import QuadraticCost
@@ -132,6 +134,7 @@ class Springs(softhand.Controller):
         return torque - self.stiffness * off - 0.1 * total, {**memory, "sum": total}
 
 
+@pytest.mark.slow
 def test_a_controller_in_plain_python_is_differenced():
     over = {"duration": 0.02}
     keys = ["mass", "controller.stiffness"]
@@ -167,6 +170,7 @@ class Held(softhand.Controller):
             torque[j] += observed.gravity_torque[j] + memory[n + j] - settings.stiffness * off
 
 
+@pytest.mark.slow
 def test_a_formula_of_ones_own_is_followed(monkeypatch):
     monkeypatch.setattr("softhand.derivatives.gradient.InPython", None)  # it is not differenced
     over = {"duration": 0.02}
@@ -269,3 +273,37 @@ def test_a_whole_number_is_refused():
 def test_a_run_that_is_lost_says_so():
     with pytest.raises(softhand.SimulationStopped, match="t = "):
         softhand.gradient("hold", QuadraticCost("object_position"), torque=np.full((300, 9), 0.4), duration=0.3)
+
+
+# --------------------------------------------------------------------------------------------------- the command
+
+
+def test_the_command_prints_what_the_call_returns(tmp_path: Path) -> None:
+    terms = ("--cost", "object_position=object_position_desired*1e6@end", "--cost", "joint_velocity*0.01")
+    result = run_command(
+        "gradient", "hold", *terms, "--parameter", "mass", "--duration", "0.02", "--set", "object.mass=0.3", "--json",
+        "--out", "bars.png", folder=tmp_path,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    cost = [
+        softhand.QuadraticCost("object_position", "object_position_desired", 1e6, terminal=True),
+        softhand.QuadraticCost("joint_velocity", weight=0.01),
+    ]
+    found = softhand.gradient("hold", cost, ["mass"], duration=0.02, overrides={"object.mass": 0.3})
+    told = json.loads(result.stdout)
+    assert told["value"] == pytest.approx(found.value, rel=1e-12)
+    assert told["slopes"] == pytest.approx(found.slopes.tolist(), rel=1e-9)
+    assert (tmp_path / "bars.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--cost", "joint_velocity*a"), "got 'joint_velocity*a'; give VARIABLE"),
+        (("--cost", "joint_speed"), "'joint_speed' is no variable of a recording"),
+        (("--parameter", "nonsense"), "nonsense: no key of the scenario ends so"),
+    ],
+)
+def test_what_the_command_cannot_use_is_named(options: tuple[str, str], message: str, tmp_path: Path) -> None:
+    result = run_command("gradient", "hold", *options, folder=tmp_path)
+    assert result.returncode in (1, 2) and message in result.stderr and "Traceback" not in result.stderr

@@ -46,7 +46,10 @@ def test_every_command_is_there(page: Path) -> None:
         if not re.fullmatch("[a-z][a-z0-9]*", name):  # softhand --help, softhand NAME
             continue
         assert name in GROUP.commands, line
-        parameters = GROUP.commands[name].params
+        command = GROUP.commands[name]
+        if inner := getattr(command, "commands", None):
+            command = inner[words.pop(0)]
+        parameters = command.params
         options = {option for one in parameters for option in (*one.opts, *one.secondary_opts)} | {"--help"}
         assert [word for word in words if word.startswith("-") and word.partition("=")[0] not in options] == [], line
         if words and any(one.name == "scenario" for one in parameters) and re.fullmatch("[a-z][a-z-]*", words[0]):

@@ -128,7 +128,7 @@ def test_every_shipped_scenario_has_the_terms_of_pinocchio(name: str) -> None:
     world, rng = read_world(load_scenario(name)), np.random.default_rng(0)
     by_pinocchio, compiled = Snapshot(world), CompiledSnapshot(world)
     for _ in range(20):
-        q, v = random_motion(world.model, rng)
+        q, v = random_motion(world.coordinates, rng)
         for snapshot in (by_pinocchio, compiled):
             snapshot.update(q, v)
         assert_equal(compiled.terms, by_pinocchio.terms)

@@ -38,7 +38,7 @@ def run_of(scenario: str, duration: float = 0.1) -> CompiledRun:
 def test_runs_are_the_same_with_and_without(scenario: str) -> None:
     """Along a reference, for tips of the paper's law and others, against faces, boxes and curved objects."""
     run, plain = run_of(scenario), run_of(scenario)
-    plain._mechanics.straight[:], plain._plan.straight[:] = 0, 0
+    plain.mechanics.straight[:], plain.plan.straight[:] = 0, 0
     with_code, without = run.go(lambda: False).variables, plain.go(lambda: False).variables
     assert len(with_code["time"]) > 50
     for name in KEPT:
@@ -49,7 +49,7 @@ def test_runs_are_the_same_with_and_without(scenario: str) -> None:
 def test_all_of_a_period_is_straight() -> None:
     """Steps, observation and law of the paper's hand; fingers share code, and so do their contacts."""
     run = run_of("target-a")
-    steps, loop = run._mechanics.straight[:, 0], run._plan.straight[:, 0]
+    steps, loop = run.mechanics.straight[:, 0], run.plan.straight[:, 0]
     assert steps[[KICK_DRIFT, BEGIN, KICK]].all() and loop[[RECORDED, BETWEEN, LAW]].all()
     contacts, branches = steps[CONTACTS : CONTACTS + 3], steps[CONTACTS + 3 :]
     assert contacts.all() and len(set(contacts)) == 1
@@ -61,7 +61,7 @@ def test_code_is_found_again_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     run = run_of("target-a")
     monkeypatch.setattr(making, "_codes", {})
     monkeypatch.setattr(making, "Traced", None)
-    assert run_of("target-a")._mechanics.straight[:, 0].all() and run is not None
+    assert run_of("target-a").mechanics.straight[:, 0].all() and run is not None
 
 
 class Pair(NamedTuple):

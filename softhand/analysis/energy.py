@@ -196,7 +196,7 @@ def _push_work(recording: Recording, plant: Plant) -> Array:
     """Work of the recorded pushes up to each sample [J]: external . (q(next) - q)."""
     work = np.zeros(len(recording) - 1)
     if "external_force" in recording.variables:
-        external, model = recording.external_force, plant.world.model
+        external, model = recording.external_force, plant.world.coordinates
         for k in np.flatnonzero(np.any(external[:-1], axis=1)).tolist():
             here, there = (recorded_state(plant, recording, sample).q for sample in (k, k + 1))
             work[k] = external[k] @ pin.difference(model, here, there)
@@ -218,15 +218,15 @@ def _put(recording: Recording, plant: Plant, sample: int) -> State:
 def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, float, float, float]:
     """Kinetic, gravitational and elastic energy at one sample, and what else relaxing tips hold [J]."""
     state = _put(recording, plant, sample)
-    model = plant.world.model
-    data = model.createData()
+    world = plant.world
+    model, data, q = world.model, world.model.createData(), world.configuration(state.q)
     elastic, relaxing = 0.0, 0.0
     for tip, contact in zip(plant.materials, plant.contacts, strict=True):
         stored, left = tip_energy(tip, contact), tip.damping.relaxed()
         elastic += stored
         relaxing += stored * (1.0 - left) / left
-    kinetic = pin.computeKineticEnergy(model, data, state.q, state.v)
-    return float(kinetic), float(pin.computePotentialEnergy(model, data, state.q)), elastic, relaxing
+    kinetic = pin.computeKineticEnergy(model, data, q, world.velocity(state.v))
+    return float(kinetic), float(pin.computePotentialEnergy(model, data, q)), elastic, relaxing
 
 
 def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from softhand.numerics.table import html_table
 from softhand.recording.events import Event, find_events
 from softhand.recording.recorded import scenario_of
 from softhand.recording.recording import Recording
+from softhand.recording.units import table_of
 
 _ROUNDED = 1e-9  # a tip that slips is on the limit
 
@@ -37,6 +38,8 @@ class Summary(Record):
         events: what happened when.
         torque_limited: share of the samples in which an effort limit cut a torque.
         out_of_range: where the fingertip law was used beyond what it is meant for, a sentence; "" if nowhere.
+        regulated: of a hand with coupled joints, what its motors can regulate, by label; see
+            `softhand.contact.mobility`.
         lost_contact: tips that held on without pressing, which a tip can under `rolling`, and the first such time [s].
         steps_per_second: simulated time steps per second of wall time, controller and recording included.
         real_time_factor: simulated time over wall time.
@@ -63,6 +66,7 @@ class Summary(Record):
     events: list[Event]
     torque_limited: float
     out_of_range: str
+    regulated: dict[str, str]
     lost_contact: dict[str, float]
     steps_per_second: float
     real_time_factor: float
@@ -88,6 +92,7 @@ class Summary(Record):
                 f"{self.limit_surface_use:.3g}" + (f"  ({coupled})" if self.limit_surface_finger else ""),
             ),
             *((f"slip of {finger}", f"{1e3 * travel:.3g} mm") for finger, travel in self.slipped.items()),
+            *self.regulated.items(),
             ("steps per second", f"{self.steps_per_second:,.0f}"),
             ("real-time factor", f"{self.real_time_factor:.3g}"),
         ]
@@ -153,6 +158,7 @@ def summarize(recording: Recording) -> Summary:
         events=find_events(recording),
         torque_limited=float(np.mean(np.any(recording.torque_limited, axis=1))),
         out_of_range=str(recording.attributes.get("out_of_range", "")),
+        regulated=_regulated(recording),
         lost_contact=lost,
         steps_per_second=float(recording.attributes.get("steps_per_second", np.nan)),
         real_time_factor=recording.stop_time / wall,
@@ -166,6 +172,12 @@ def _coupled(recording: Recording) -> tuple[float, str, float]:
     use = recording.limit_surface_use
     sample, contact = np.unravel_index(int(np.argmax(use)), use.shape)
     return float(use[sample, contact]), recording.labels["contact"][contact], float(recording.time[sample])
+
+
+def _regulated(recording: Recording) -> dict[str, str]:
+    """The rows of `simulation.regulated`."""
+    table = table_of(recording.attributes.get("regulated"))
+    return {str(label): str(text) for label, text in table.items()} if isinstance(table, dict) else {}
 
 
 def _slipped(recording: Recording) -> dict[str, float]:

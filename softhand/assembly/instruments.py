@@ -51,6 +51,11 @@ def read_actuation(scenario: Scenario, world: World) -> Actuation | None:
     return Actuation(periods_of(section.delay, period), most * period, *lag_shares(lag, period), noise, section.seed)
 
 
+def not_linear(scenario: Scenario) -> list[str]:
+    """Keys of what no linear loop has: rounding, and rates that are cut."""
+    return [key for key in left_out(scenario) if key.rpartition(".")[2] in ("quantisation", "rate_limit")]
+
+
 def left_out(scenario: Scenario) -> list[str]:
     """Keys of what a loop of ideal instruments and drives leaves out, but noise, which has no dynamics, and bias."""
     found = []

@@ -67,7 +67,7 @@ def measurement_noise(
     rounding: list[Array] = [np.zeros(0)]
     biases: dict[str, tuple[float, ...]] = {}
     for name, channel in sensing.channels.items() if sensing is not None and section is not None else ():
-        labels = _labels(name, world)
+        labels = component_labels(name, world)
         names += [f"{name} {label}" for label in labels]
         units += _units(name, world)
         variances.append(channel.noise**2)
@@ -77,7 +77,8 @@ def measurement_noise(
     return MeasurementNoise(tuple(names), tuple(units), np.diag(variance), np.concatenate(rounding), biases)
 
 
-def _labels(name: str, world: World) -> list[str]:
+def component_labels(name: str, world: World) -> list[str]:
+    """Of the joint, the axis or the tip that each component of a quantity belongs to."""
     tips = [tip.name for tip in world.tips]
     return {
         "joint": list(world.joint_names),
@@ -90,5 +91,5 @@ def _labels(name: str, world: World) -> list[str]:
 def _units(name: str, world: World) -> list[str]:
     hinge, is_either, slide = unit_of(SensingSection.model_fields[name].description).partition(" or ")
     if not is_either:
-        return [hinge] * len(_labels(name, world))
+        return [hinge] * len(component_labels(name, world))
     return [slide if slides else hinge for slides in slides_of(world)]

@@ -9,11 +9,13 @@ from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import object_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.laws.law import CompiledLaw, Law
 from softhand.model.body import ObjectModel
+from softhand.model.coupling import CouplingTable, MotorLimits
 from softhand.model.hand import HandModel
 from softhand.model.urdf.mounting import TipPlace
 from softhand.model.world import World, load_world
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
+from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
 from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp, solve_grasp
@@ -30,7 +32,21 @@ def read_hand(scenario: Scenario) -> HandModel:
     hand = scenario.hand
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
-    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended)
+    coupling = read_coupling(hand.coupling)
+    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling)
+
+
+def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
+    """The coupling of a scenario as the model takes it."""
+    if section is None:
+        return None
+    motors = section.motors or {}
+    limits = {name: MotorLimits(motor.effort, motor.lower, motor.upper) for name, motor in motors.items()}
+    return CouplingTable(
+        tuple((name, tuple(ratios.items())) for name, ratios in section.joints.items()),
+        tuple((section.offsets or {}).items()),
+        tuple(limits.items()),
+    )
 
 
 def read_object(scenario: Scenario) -> ObjectModel:

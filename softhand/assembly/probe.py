@@ -19,6 +19,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.sensing.instruments import Instruments
 from softhand.sensing.observation import Observation
 from softhand.sensing.quantities import Sensing
+from softhand.sensing.seen import Parts
 from softhand.sensing.sensor import Sensor
 from softhand.settings.settings import read_settings
 
@@ -40,8 +41,10 @@ class Probe:
     def __init__(self, plant: Plant, reference: Motion, sensing: Sensing | None = None) -> None:
         self.plant, self.reference = plant, reference
         self.laws: list[Law] = [fingertip.law for fingertip in plant.fingertips]
-        model, n_memory = plant.world.model, plant.n_memory
-        self._state = State(pin.neutral(model), np.zeros(model.nv), np.zeros((len(plant.contacts), n_memory)))
+        world, n_memory = plant.world, plant.n_memory
+        self._state = State(
+            pin.neutral(world.coordinates), np.zeros(world.nv), np.zeros((len(plant.contacts), n_memory))
+        )
         self._sensor = Sensor(plant, reference.desired)
         self._instruments: Instruments | None = None
         if sensing is not None:
@@ -67,6 +70,16 @@ class Probe:
             return truth
         self._instruments.forget()
         return self._instruments.see(0)
+
+    def become(self, sensing: Sensing) -> None:
+        """Have instruments of other numbers, of the same quantities."""
+        assert self._instruments is not None and self._instruments.become(sensing.still())
+
+    @property
+    def measured(self) -> Parts:
+        """What the instruments measure, by quantity, as it was when `seen` was asked: without their errors. Live."""
+        assert self._instruments is not None
+        return self._instruments.truth
 
     def require_polar(self) -> None:
         """LawError unless all laws are in the paper's coordinates, in which Theorem 1 is stated, and without memory."""
@@ -130,7 +143,7 @@ def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     world, n = plant.world, plant.world.n_joints
     rotation = rotation_of(recording.object_rpy[sample])
     twist = recording.object_twist[sample]
-    q = pin.neutral(world.model)
+    q = pin.neutral(world.coordinates)
     world.set_joint_position(recording.joint_position[sample], q)
     world.set_object_pose(recording.object_position[sample], rotation, q)
     v = np.concatenate([recording.joint_velocity[sample, :n], rotation.T @ twist[:3], rotation.T @ twist[3:]])

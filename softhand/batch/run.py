@@ -169,7 +169,7 @@ class CompiledRun:
             parts_between=parts_of(self._reads()),
             segments=keep.segments(sizes),
             block=self._block,
-            rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.model.nv))),
+            rows=np.zeros((keep.samples(periods), keep.width(sizes, plant.world.nv))),
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
@@ -186,7 +186,7 @@ class CompiledRun:
     def _room(self, setup: Setup) -> Array:
         """Memory of the observation, of what the controller sees and of the commanded torques."""
         world = self.plant.world
-        size = room(Sizes(world.n_joints, world.model.nq, world.n_tips, len(self.plant.supports),
+        size = room(Sizes(world.n_joints, world.nq, world.n_tips, len(self.plant.supports),
                           len(contact_pairs(world.n_tips))))  # fmt: skip
         return np.zeros(size if setup.sensing is None and setup.actuation is None else 2 * size + world.n_joints)
 
@@ -282,7 +282,9 @@ class CompiledRun:
         """Straight code for all that there can be, put into its place."""
         m, senses, plan = self.mechanics, self.senses, self.plan
         body, layouts = senses.body, self.layouts
-        own = m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.pairs, body.bodies
+        own = (
+            m.touch.pads, m.touch.columns, body.joints, body.tip_joints, body.tip_views, body.pairs, body.bodies,
+        )  # fmt: skip
         found = straight_steps(m, plan.step, layouts) if plan.kind == MIDPOINT else []
         for row, parts in ((RECORDED, plan.parts), (BETWEEN, plan.parts_between)):
             fixed = Fixed((*own, parts), (*own, parts))

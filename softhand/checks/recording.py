@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.probe import recorded_scenario
+from softhand.collision.collisions import collisions
+from softhand.collision.record import Collisions
+from softhand.collision.told import told
 from softhand.errors import RecordingError, SofthandError
 from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
@@ -27,11 +30,13 @@ class RecordingCheckup(Record):
         rows: name and text of what is in it.
         errors: what makes its numbers useless, a sentence each.
         warnings: what a reader of the numbers must know, a sentence each.
+        collisions: of links; None where no shapes tell them.
     """
 
     rows: list[tuple[str, str]]
     errors: list[str]
     warnings: list[str]
+    collisions: Collisions | None
 
     def tables(self, name: str) -> list[tuple[str, list[tuple[str, ...]]]]:
         """Title and rows of each table, for a recording of that name."""
@@ -50,13 +55,17 @@ def check_recording(recording: Recording) -> RecordingCheckup:
     missing = [name for name in _expected(recording) if name not in recording.variables]
     if missing:
         warnings.append(f"it has no {', '.join(missing)}: what is drawn or computed from them is not to be had.")
-    after, is_coulomb = [], False
+    after, is_coulomb, colliding = [], False, None
     try:
         scenario = recorded_scenario(recording)
         is_coulomb = scenario.fingertip.contact == "coulomb"
         warnings += _length(recording, scenario)
         if not errors and not missing:
             after.append(("energy", _energy(recording)))
+        if not errors:
+            colliding = told(lambda: collisions(recording))
+            after += colliding.rows
+            warnings += colliding.warnings
         after.append(("scenario", f"can be read: {scenario.description or 'without a description'}"))
     except SofthandError as error:
         after.append(("scenario", "cannot be used with this version"))
@@ -67,7 +76,7 @@ def check_recording(recording: Recording) -> RecordingCheckup:
             if count and not is_coulomb and name in ("friction use above 1", "lift-off"):
                 warnings.append(f"{name}: {text}.")
     rows += after
-    return RecordingCheckup(rows, errors, warnings)
+    return RecordingCheckup(rows, errors, warnings, colliding.found if colliding else None)
 
 
 def _expected(recording: Recording) -> list[str]:

@@ -13,6 +13,9 @@ from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
+from softhand.collision.collisions import collisions_at_start
+from softhand.collision.record import Collisions
+from softhand.collision.told import told
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
@@ -29,6 +32,7 @@ from softhand.scenario.bodies import FACES
 from softhand.scenario.scenario import Scenario
 from softhand.scenario.values import list_values
 from softhand.sensing.observation import Observation
+from softhand.simulation.regulated import mobility_of, regulated_rows
 from softhand.simulation.simulation import Simulation
 
 _NEAR = 0.9  # of a limit
@@ -46,6 +50,7 @@ class Checkup(Record):
         start: name and text of the figures at the start.
         warnings: a sentence each.
         frequency: fastest angular frequency of hand and object on their contacts [rad/s].
+        collisions: of links at the start; None where no shapes tell them.
     """
 
     units: ClassVar = {"frequency": "rad/s"}
@@ -54,6 +59,7 @@ class Checkup(Record):
     start: list[tuple[str, str]]
     warnings: list[str]
     frequency: float
+    collisions: Collisions | None
 
     def tables(self, name: str) -> list[tuple[str, list[tuple[str, ...]]]]:
         """Title and rows of each table, for a scenario of that name."""
@@ -77,10 +83,12 @@ def check_scenario(scenario: Scenario) -> Checkup:
     frequency = fastest_frequency(simulation.plant, simulation.state)
     world = simulation.plant.world
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
+    colliding = told(lambda: collisions_at_start(setup))
     warnings = [
         *_of_urdf(world.hand),
         *_of_urdf(world.object),
         *_of_start(setup, simulation, observation, frequency),
+        *colliding.warnings,
         *doubts_of_target(setup),
         *unread(setup),
         *_of_loop(setup),
@@ -89,10 +97,12 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_tip_rows(observation, world),
         *_material_rows(simulation),
         *_joint_rows(simulation, world),
+        *_regulated_rows(observation, world),
         *_step_rows(scenario, stepper, frequency),
         *_touch_rows(simulation.plant),
+        *colliding.rows,
     ]
-    return Checkup(list_values(setup.scenario, slides_of(world)), start, warnings, frequency)
+    return Checkup(list_values(setup.scenario, slides_of(world)), start, warnings, frequency, colliding.found)
 
 
 def doubts_of_start(setup: Setup) -> list[str]:
@@ -273,6 +283,10 @@ def _joint_rows(simulation: Simulation, world: World) -> Iterator[tuple[str, str
     name, unit = ("force", "N") if slides_of(world)[k] else ("torque", "N m")
     size = f"{abs(simulation.torque[k]):.3g} of {world.effort_limit[k]:.3g} {unit} at {world.joint_names[k]}"
     yield f"largest {name}", size
+
+
+def _regulated_rows(observation: Observation, world: World) -> list[tuple[str, str]]:
+    return [] if world.coupling is None else regulated_rows(mobility_of(world, observation), world.coupling)
 
 
 def _step_rows(scenario: Scenario, stepper: Any, frequency: float) -> Iterator[tuple[str, str]]:

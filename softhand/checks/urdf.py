@@ -13,6 +13,7 @@ from softhand.model.shapes.reading import read_shape
 from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import examine
 from softhand.model.urdf.findings import Findings
+from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.record import Record
@@ -65,6 +66,10 @@ def check_urdf(file: Path) -> UrdfCheckup:
         ("joints", f"{len(moving)} moving, {len(joints) - len(moving)} fixed"),
         ("moving mass", f"{sum(inertia.mass for inertia in list(model.inertias)[1:]):.4g} kg"),
     ]
+    mimics = read_mimics(urdf.tree)
+    if mimics:
+        motors = [joint.name for joint in moving if joint.name not in mimics]
+        rows.append(("motors", f"{len(motors)} by <mimic>: {', '.join(motors)}"))
     if moving:
         rows.append(("ends", ", ".join(urdf.ends)))
     return UrdfCheckup(rows, errors, [*warnings, *_doubts_of_shape(urdf, model)], findings)

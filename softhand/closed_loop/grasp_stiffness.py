@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from softhand.numerics.table import html_table
 from softhand.plant.state import State
 from softhand.plugins import plugin_name
 from softhand.recording.recording import Recording
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.guesses import did_you_mean
 
 _WAYS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
@@ -126,7 +127,7 @@ class GraspStiffness(Record):
 
 
 def grasp_stiffness(
-    source: Scenario | Recording,
+    source: Scenario | Recording | str | Path,
     at: float | None = None,
     joints: str | float | Sequence[float] = "locked",
     state: State | None = None,
@@ -140,7 +141,7 @@ def grasp_stiffness(
         K = K_oo - K_oj (K_jj + springs)^-1 K_jo
 
     Args:
-        source: whose start is held, or a recording.
+        source: a scenario whose start is held, its name or path, or a recording.
         at: time in the recording, of which the nearest sample is taken [s]; without it the quietest sample since the
             reference rests, the last one if it never does. Not for a scenario.
         joints: "locked"; stiffness of the springs at the joints [N m/rad or N/m], one for all or one for each, which
@@ -203,7 +204,7 @@ def _require(stiffness: Array | None, controller: str) -> Array:
     return stiffness
 
 
-def _start(source: Scenario | Recording, at: float | None, state: State | None) -> HeldStart:
+def _start(source: Scenario | Recording | str | Path, at: float | None, state: State | None) -> HeldStart:
     if isinstance(source, Recording):
         if state is not None:
             raise ScenarioError(
@@ -215,7 +216,8 @@ def _start(source: Scenario | Recording, at: float | None, state: State | None) 
             f"at: got {at:g} s for a scenario, which is looked at at its start; simulate it and give the recording.",
             key="at", value=at,
         )  # fmt: skip
-    return held_start(source) if state is None else held_state(source, state)
+    scenario = as_scenario(source)
+    return held_start(scenario) if state is None else held_state(scenario, state)
 
 
 def _springs(joints: str | float | Sequence[float], names: Sequence[str]) -> Array | None:

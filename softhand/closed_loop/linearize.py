@@ -96,7 +96,7 @@ def beside(plant: Plant, state: State, x: Array) -> State:
     plant.update(state.q, x[:nv], state.z)
     z[:, :3] += plant.contacts["deformation_rate"][:, 1:]  # linear in the velocity
     z[is_memory(plant)] += x[2 * nv :]
-    return State(pin.integrate(plant.world.model, state.q, x[:nv]), state.v + x[nv : 2 * nv], z)
+    return State(pin.integrate(plant.world.coordinates, state.q, x[:nv]), state.v + x[nv : 2 * nv], z)
 
 
 def is_memory(plant: Plant) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ Group.tasks = {
     "Begin": ("list", "hands", "new", "check", "schema"),
     "Run": ("simulate", "compare", "reproduce"),
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
-    "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability"),
+    "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability", "design", "gradient"),
     "Study a fingertip": ("identify", "remark3"),
     "Trust": ("validate",),
 }

@@ -104,7 +104,11 @@ def grasp(
     stand_ins = without_grasp(source, values) if propose else {}
     chosen = with_options(load_scenario(source, {**values, **stand_ins}), law, controller, stepper)
     say_compiling(quiet)
+    from softhand.assembly.resolve import resolve
+    from softhand.collision.collisions import collisions_at_start
+    from softhand.collision.told import told
     from softhand.grasping.quality import grasp_quality
+    from softhand.numerics.record import plain
     from softhand.plots.grasp import draw_grasp
     from softhand.plots.style import save_figure
 
@@ -122,15 +126,11 @@ def grasp(
         quality, title = grasp_quality(chosen), f"Grasp of {name}"
         result = quality
     held, refusal = _stiffness(chosen, joints) if stiffness and not quality.refusal else (None, quality.refusal)
-    if held:
-        from softhand.numerics.record import plain
-
-        printer.json({**plain(result), "stiffness": held})
-    else:
-        printer.json(result)
+    colliding = told(lambda: collisions_at_start(resolve(chosen)))
+    printer.json({**plain(result), "collisions": colliding.found, **({"stiffness": held} if held else {})})
     header, *rows = quality.finger_rows()
     printer.table(title, rows, header)
-    printer.table("the grasp as a whole", quality.rows())
+    printer.table("the grasp as a whole", [*quality.rows(), colliding.rows[0]])
     if held:
         printer.table("stiffness of the held object", held.rows(), held.header, " ".join(held.notes()))
     target = figure_of(scenario, "grasp", out)

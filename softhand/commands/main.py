@@ -17,10 +17,12 @@ import typer
 from softhand.commands import (  # noqa: F401  each adds its command
     check,
     compare,
+    design,
     energy,
     equilibrium,
     export,
     film,
+    gradient,
     grasp,
     hands,
     identify,

@@ -50,6 +50,8 @@ def new(
         held = file.with_name(f"{file.stem}-held.toml")
         text, remedies = blank_scenario(hand, file)
         then = f"softhand grasp {file} --place --propose --write {held}"
+        if "\n# contact_points = " in text:  # of coupled joints, for which nothing searches
+            then = f"give [grasp] of {file} its points; then softhand check {file}"
     write_text(file, text)
     for line in remedies:
         key, _, why = line.partition("#")

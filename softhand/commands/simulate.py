@@ -208,8 +208,10 @@ def _print_summary(
 
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
+    from softhand.collision.collisions import with_collisions
 
     summary = summarize(recording)
+    events = with_collisions(recording, summary.events)
     is_damped = simulation.plant.pads["is_damped"].any()  # slow to sum
     energy = None if is_damped else energy_ledger(recording, simulation.plant)
     printer.json(
@@ -218,7 +220,7 @@ def _print_summary(
             "files": files,
             "summary": summary,
             "warnings": summary.warnings(),
-            "events": [asdict(event) for event in summary.events],
+            "events": [asdict(event) for event in events],
             "energy": energy,
         }
     )
@@ -227,7 +229,7 @@ def _print_summary(
         printer.say(f"energy since the start: softhand energy {folder}")
     else:
         printer.table("energy since the start", energy.rows())
-    printer.events(summary.events)
+    printer.events(events)
     for warning in summary.warnings():
         printer.say(warning, "note")
 

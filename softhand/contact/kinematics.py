@@ -21,7 +21,7 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         pad: one row of `records.PAD`; its `own` first columns move the tip.
         contact: one row of `records.CONTACT`, after `place_contact`.
         columns: velocities that move the tip, then those that move the object, padded with -1, shape (width,).
-        J: world Jacobians of `Snapshot`, shape (6, nv).
+        J: world Jacobians of `Snapshot`.
         jacobian: set, shape (width, 4); of an ellipsoid (width, 6), with the rate at which z_C turns towards x_C and
             y_C as the pad sees it.
     """
@@ -32,6 +32,7 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         if column < 0:
             break
         sign = 1.0 if a < own else -1.0
+        column += pad.first_twist
         wx, wy, wz = sign * J[3, column], sign * J[4, column], sign * J[5, column]
         vx = sign * J[0, column] + wy * pz - wz * py
         vy = sign * J[1, column] + wz * px - wx * pz
@@ -140,7 +141,7 @@ def contact_coordinates(pad, contact, columns, object_pose, J, v, eta, eta_rate)
         contact: one row of `records.CONTACT`, evaluated, its `slip_speed` that of the last step.
         columns: as in `contact_jacobian`.
         object_pose: pose of the object, shape (12,).
-        J: world Jacobians of `Snapshot`, shape (6, nv).
+        J: world Jacobians of `Snapshot`.
         v: velocity, shape (nv,).
         eta: theta, phi [rad], alpha_o [m or rad] (two), psi [rad], set, shape (5,).
         eta_rate: set, shape (5,).
@@ -247,6 +248,7 @@ def _relative_spin(pad, contact, columns, J, v):
         if column < 0:
             break
         speed = v[column] if a < pad.own else -v[column]
+        column += pad.first_twist
         x, y, z = x + J[3, column] * speed, y + J[4, column] * speed, z + J[5, column] * speed
     R = contact.rotation
     return R[0, 0] * x + R[1, 0] * y + R[2, 0] * z, R[0, 1] * x + R[1, 1] * y + R[2, 1] * z

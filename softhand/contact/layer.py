@@ -31,7 +31,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffnes
         pads: table `records.PAD`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
         poses: `Snapshot.poses`, shape (joints, 12).
-        J: `Snapshot.J`, shape (6, nv).
+        J: `Snapshot.J`.
         v: velocity, shape (nv,).
         z: memory of each contact, see `State`, shape (nc, 3 or more).
         lead: the deformation is taken at z + lead * z'(v) [s]; 0 for z itself.

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.contact.friction import face_of
@@ -154,11 +153,11 @@ def contact_columns(
         are of the pad, shape (nc,); first column of each row of the mass matrix and of what the contacts add to it,
         shape (nv,).
     """
-    pairs = [(tip.joint, world.object_joint) for tip in world.tips]
-    pairs += [(support.joint, support.base) for support in supports]
     rows, own, envelope = [], [], world.envelope
-    for joint, base in pairs:
-        of_pad, of_base = _chain(world.model, joint), _chain(world.model, base)
+    for joint, base in _bodies_of(world, supports):
+        of_pad, of_base = world.columns_of(joint), world.columns_of(base)
+        if world.coupling is not None and world.object_joint not in (joint, base):  # by view: the pad less the base
+            of_pad, of_base = sorted({*of_pad, *of_base}), []
         pad = [column for column in of_pad if column not in of_base]
         rows.append(pad + [column for column in of_base if column not in of_pad])
         own.append(len(pad))
@@ -169,10 +168,10 @@ def contact_columns(
     return columns, np.array(own, dtype=np.int64), envelope
 
 
-def _chain(model: pin.Model, joint: int) -> list[int]:
-    """Velocities that move a joint, from the base outward."""
-    chain = [model.joints[index] for index in list(model.supports[joint]) if index > 0]
-    return [column for part in chain for column in range(part.idx_v, part.idx_v + part.nv)]
+def _bodies_of(world: World, supports: Sequence[Support]) -> list[tuple[int, int]]:
+    """Joint of pad and base of each contact."""
+    pairs = [(tip.joint, world.object_joint) for tip in world.tips]
+    return pairs + [(support.joint, support.base) for support in supports]
 
 
 def build_pads(
@@ -203,6 +202,7 @@ def build_pads(
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
         choose_limit(pad, support.limit, support.kappa or support.law.torsion_share)
+    pads["first_twist"] = [world.view(*bodies) for bodies in _bodies_of(world, supports)]
     return pads
 
 

@@ -30,6 +30,7 @@ PAD = np.dtype(
         ("joint", np.int64),  # Pinocchio joint that carries the pad, 0 for the world
         ("base", np.int64),  # Pinocchio joint that carries the shape that it meets
         ("own", np.int64),  # how many of the first columns of the contact move the pad; the others move the base
+        ("first_twist", np.int64),  # which column of J velocity 0 has, as this contact sees it; see `World.view`
         ("is_support", np.int64),  # whether it is no fingertip against the object, and idle while it does not touch
         ("rotation", np.float64, (3, 3)),  # axes of the finger frame F in the joint frame
         ("position", np.float64, 3),  # origin of F in the joint frame [m]

@@ -28,6 +28,7 @@ from softhand.derivatives.states import input_entries, state_entries
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
 from softhand.laws.law import Law
+from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -101,7 +102,7 @@ def linearize(
     if ideal:
         warnings.warn(
             f"linearize: the closed loop is the one without {', '.join(ideal)}, which are no part of x; "
-            "softhand.simulate shows what they do.",
+            "softhand.stability has delays, holds, filters and lags in its loop, softhand.simulate all.",
             ScenarioWarning,
             stacklevel=2,
         )
@@ -142,7 +143,7 @@ class Work:
         self.switches: list[Switch] = []
         self.model = self._model(at.plant, straight=True)
         self.states = state_entries(at.plant, self.slides, self.model.remembered, self.period)
-        self.rows = output_names(at.probe, self.keep.variables, slides_in(at.plant.world.hand_text))
+        self.rows = self._rows()
         self.observer = self._observer(Varied(at.plant, at.probe, at.setup.controller))
         self._look: Function = self.observer.at if closed else Looks(self.model, at.probe, self.keep).at
 
@@ -241,6 +242,11 @@ class Work:
             if bits >= 2 * MOVED:
                 self.switches.append(Switch(name, "surface", _FEATURES[int(here[0]) // (2 * MOVED)]))
         return found
+
+    def _rows(self) -> list[tuple[str, str, str]]:
+        world = self.at.plant.world
+        names = frozenset(name for name, slides in zip(world.joint_names, slides_of(world), strict=True) if slides)
+        return output_names(self.at.probe, self.keep.variables, names | slides_in(world.hand_text))
 
     def _through(self) -> Array:
         """D: the torques themselves are the only outputs that they change at once."""

@@ -60,7 +60,7 @@ class PeriodModel:
     ) -> None:
         self.plant = plant
         self.remembered = remembered_in(plant)
-        nq, nv, n = plant.world.model.nq, plant.world.model.nv, plant.world.n_joints
+        nq, nv, n = plant.world.nq, plant.world.nv, plant.world.n_joints
         self.n_states = 2 * nv + len(self.remembered)
         self.mechanics = mechanics_of(plant, state.copy(), np.zeros(n))
         live = plant.contacts.view(np.int64)
@@ -192,7 +192,7 @@ def beyond(plant: Plant, ends: Array, base: Array) -> Array:
     Returns:
         Joints, then translation and rotation vector of the object in its own axes at the base, rates, z, shape (k, s).
     """
-    nq, nv = plant.world.model.nq, plant.world.model.nv
+    nq, nv = plant.world.nq, plant.world.nv
     x = np.empty((len(ends), nv + ends.shape[1] - nq))
     x[:, nv:] = ends[:, nq:] - base[nq:]
     for kind, i, j in plant.joints:

@@ -57,7 +57,7 @@ class Observer:
         observation = probe.at(state, state.time)
         self.effort_limit, self._sizes = observation.effort_limit.copy(), observation.known.sizes
         self._segments = keep.segments(self._sizes)
-        self._unmoved = self._row(observation), _sides(probe)
+        self._unmoved = self._row(observation), sides_of(probe)
 
     def at(
         self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
@@ -70,10 +70,10 @@ class Observer:
             state = self._state
             if share:
                 state = State(state.q, state.v, less_shear(self._probe.plant, state.z, share), state.time)
-            moved = _moved(self._probe, state, self._remembered, j, h)
+            moved = moved_state(self._probe, state, self._remembered, j, h)
             row, side = self._unmoved
             if moved is not self._state:
-                row, side = self._row(self._probe.at(moved, state.time)), _sides(self._probe)
+                row, side = self._row(self._probe.at(moved, state.time)), sides_of(self._probe)
             rows.append(row)
             sides.append(side)
             memory = self._memory
@@ -110,7 +110,7 @@ def output_names(probe: Probe, names: Sequence[str], slides: frozenset[str]) -> 
     labels, found = labels_of(probe.plant, is_pushed=True), []
     for name in names:
         dims = VARIABLES[name].dims[1:]
-        along = [COMPONENTS[dim] if dim in COMPONENTS else labels[dim] for dim in dims]
+        along = [COMPONENTS[dim] if dim in COMPONENTS else labels.get(dim, ()) for dim in dims]
         hinge, is_mixed, slide = VARIABLES[name].units.partition(" or ")
         units = hinge.split(", ")
         for place in np.ndindex(*map(len, along)):
@@ -122,7 +122,8 @@ def output_names(probe: Probe, names: Sequence[str], slides: frozenset[str]) -> 
     return found
 
 
-def _moved(probe: Probe, state: State, remembered: NDArray[np.int64], index: int, amount: float) -> State:
+def moved_state(probe: Probe, state: State, remembered: NDArray[np.int64], index: int, amount: float) -> State:
+    """With one entry of (q, v, z) moved."""
     nv = len(state.v)
     if index < 0 or index >= 2 * nv + len(remembered):
         return state
@@ -138,7 +139,7 @@ def _moved(probe: Probe, state: State, remembered: NDArray[np.int64], index: int
     return State(q, v, z)
 
 
-def _sides(probe: Probe) -> NDArray[np.int64]:
+def sides_of(probe: Probe) -> NDArray[np.int64]:
     """As `period` has them; a contact beyond the limit of friction slips at once."""
     contacts, pads = probe.plant.contacts, probe.plant.pads
     touches = np.where(pads["is_support"] > 0, contacts["is_idle"] == 0, contacts["deformation"][:, 0] > 0.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softhand.contact.address import done
 from softhand.model.configuration import integrate
-from softhand.model.rigid import branch_terms, rigid_poses
+from softhand.model.rigid import branch_terms, rigid_poses, rigid_terms
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.plant.state import StateArrays
@@ -136,6 +136,8 @@ def _start(m, moves):
     state, ahead = m.state, m.kicks.ahead
     for k in range(ahead.shape[0]):
         ahead[k] = state.v[k]
+    if m.branches.shape[0] == 0:
+        rigid_terms(m.tree, state.q, ahead, m.terms)
     for k in range(m.branches.shape[0]):
         if not done(m.straight, CONTACTS + m.touch.contacts.shape[0] + k):  # type: ignore[call-arg]
             branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, ahead, m.terms)

@@ -18,11 +18,11 @@ from softhand.closed_loop.start import relax_memory
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
+from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array, as_numbers
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
-from softhand.recording.units import slides_in
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.simulation import whole_periods
 
@@ -58,8 +58,7 @@ class Situation:
     @property
     def slides(self) -> NDArray[np.bool_]:
         """Which joints slide, shape (n,)."""
-        names = slides_in(self.plant.world.hand_text)
-        return np.array([name in names for name in self.plant.world.joint_names])
+        return slides_of(self.plant.world)
 
     @property
     def period(self) -> float:
@@ -200,7 +199,7 @@ def checked_state(plant: Plant, state: State) -> State:
     """A state of this plant; z may have the rows of the tips alone, as that of a grasp."""
     if state.z.shape[0] == plant.world.n_tips and plant.supports:
         state = replace(plant.with_supports(state), time=state.time)
-    model = plant.world.model
+    model = plant.world
     shapes = {"q": (model.nq,), "v": (model.nv,), "z": (len(plant.contacts), plant.n_memory)}
     for name, shape in shapes.items():
         given = getattr(state, name)

@@ -138,6 +138,13 @@ class TapedRun:
                 key="stepper.name",
                 value=self.plan.kind,
             )
+        if self.plant.world.coupling is not None:
+            raise ScenarioError(
+                "hand: a gradient of a run is not there for coupled joints, by <mimic> or hand.coupling; "
+                "softhand.linearize has the derivatives of one control period.",
+                key="hand.coupling",
+                value=self.plant.world.coupling.motors,
+            )
         self._solvers = solvers_of(self.plant, self.layouts)
         self._meanings = meanings_of(self.plant, self._solvers)
         self._numbers = np.array(numbers_in(self.law._arguments)) if self.law is not None else np.zeros(0)
@@ -213,8 +220,8 @@ class TapedRun:
         """Arrays that a run does not write to, but for scratch."""
         m, body = self.m, self.senses.body
         found = [m.joints, m.touch.pads, m.touch.columns, m.envelope, m.tree.joints, m.tree.gravity, body.joints,
-                 body.tip_joints, body.tip_rotations, body.pairs, body.bodies, body.gravity, self.plan.effort_limit,
-                 self.plan.pushes.rows, self.plan.pushes.moves, self._numbers]  # fmt: skip
+                 body.tip_joints, body.tip_views, body.tip_rotations, body.pairs, body.bodies, body.gravity,
+                 self.plan.effort_limit, self.plan.pushes.rows, self.plan.pushes.moves, self._numbers]  # fmt: skip
         if self.law is not None:
             found += list(_arrays(self.law._arguments[1]))
         shape = getattr(self.plant.world.shape, "data", None)

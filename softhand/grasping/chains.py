@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.errors import GraspError
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
@@ -33,7 +34,11 @@ def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.vo
 
     Returns:
         One row of `LINK` a joint, the last one for the finger frame F (axis 0), and the velocity indices.
+
+    Raises:
+        GraspError: joints of the hand are coupled, so that no finger moves by itself.
     """
+    require_uncoupled(world)
     tip, model = world.tips[index], world.model
     shared = {column for k, other in enumerate(world.tips) if k != index for column in other.columns}
     q = pin.neutral(model)
@@ -56,6 +61,17 @@ def finger_chain(world: World, index: int, angles: Array) -> tuple[NDArray[np.vo
     end = placement * pin.SE3(tip.rotation, tip.position)
     rows.append((end.rotation, end.translation, np.zeros(3), False))
     return np.array(rows, dtype=LINK), columns
+
+
+def require_uncoupled(world: World) -> None:
+    """GraspError if joints of the hand are coupled, so that no finger moves by itself."""
+    if world.coupling is not None:
+        coupled = ", ".join(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
+        raise GraspError(
+            f"the joints {coupled} are coupled to motors, and this search moves one joint at a time; give "
+            "grasp.contact_points that the hand reaches, whose start is solved with the coupling.",
+            finger="", quantity="joints", value=coupled,
+        )  # fmt: skip
 
 
 def tip_position(links: NDArray[np.void], angles: Array) -> Array:

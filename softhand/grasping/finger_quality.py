@@ -97,6 +97,8 @@ def judge_finger(
     """
     world = arm.world
     columns, own = list(world.tips[index].columns), own_columns(world, index)
+    if world.coupling is not None:  # no finger moves by itself
+        own = columns
     lower, upper = world.position_limits
     centre, slides = arm.tip(index)[0], slides_of(world)
     speeds = np.linalg.svd(arm.point_jacobian(index, centre)[:, own], compute_uv=False)

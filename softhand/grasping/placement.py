@@ -12,6 +12,7 @@ import numpy as np
 from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
+from softhand.grasping.chains import require_uncoupled
 from softhand.grasping.quality import GraspQuality, quality_in
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
@@ -65,9 +66,11 @@ def place_object(scenario: Scenario, span: float = 0.04, progress: Callable[[flo
         progress: called now and then with the share done.
 
     Raises:
-        GraspError: no grasp at rest was found; it says what stood in the way at the best position.
+        GraspError: no grasp at rest was found; it says what stood in the way at the best position. Or the joints of the
+            hand are coupled.
     """
     world, start = read_world(scenario), np.array(scenario.object.position)
+    require_uncoupled(world)
     tried: dict[tuple[float, ...], tuple[float, Scenario, GraspQuality]] = {}
 
     def at(offset: Array) -> float:

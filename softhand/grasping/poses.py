@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
-from softhand.grasping.chains import LINK, finger_chain
+from softhand.grasping.chains import LINK, finger_chain, require_uncoupled
 from softhand.grasping.verdicts import Fingers, Verdict, Verdicts, judge_poses
 from softhand.model.arm import Arm
 from softhand.model.world import World
@@ -54,6 +54,7 @@ class Poses:
         Where they are None, the rim and the apex, or the rim on the other side for laws in surface coordinates.
         """
         world = read_world(scenario)
+        require_uncoupled(world)
         points = np.array(scenario.grasp.contact_points)
         normals = np.array([face.normal for face in faces_of(world, scenario.grasp.contact_points)])
         laws = read_laws(scenario)

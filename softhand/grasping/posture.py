@@ -66,6 +66,8 @@ def find_posture(
             for tip, normal, force in zip(materials, normals, forces, strict=True)
         ]
         centres = points - np.array(inward)[:, None] * normals
+        if world.coupling is not None:
+            return Posture(angles, unknown, unknown, unknown, unknown, error)
         missing = np.array([_approach(world, i, centre, angles) for i, centre in enumerate(centres)])
         return Posture(angles, missing, unknown, unknown, unknown, error)
     joints = joints_of(world, grasp.state.q)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
 from softhand.assembly.plant import read_world
+from softhand.contact.grasp_map import grasp_map
+from softhand.contact.mobility import mobility
 from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError
 from softhand.grasping.finger_quality import FingerQuality, judge_finger
@@ -21,7 +24,8 @@ from softhand.model.shapes.shape import Shape
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
+from softhand.simulation.regulated import regulated_rows
 
 _TOUCH = 0.1  # [N] with which each tip presses at least under the least internal forces
 
@@ -49,6 +53,7 @@ class GraspQuality(Record):
         shape: of the object.
         fingers_at: origins of the joints and the centre of the tip of each finger in the world [m], from the base on.
         radius: of the tips [m].
+        regulated: of a hand with coupled joints, what its motors can regulate: label and text of each line.
     """
 
     units: ClassVar = {
@@ -75,6 +80,7 @@ class GraspQuality(Record):
     shape: Shape
     fingers_at: tuple[Array, ...]
     radius: float
+    regulated: tuple[tuple[str, str], ...] = ()
 
     @property
     def points(self) -> Array:
@@ -104,23 +110,25 @@ class GraspQuality(Record):
             ("characteristic length", f"{L:.1f} mm, by which moments count as forces"),
             ("internal forces of the scenario", f"{numbers(self.internal_force, '{:.2f}')} N  (fingers {pairs})"),
             ("least internal forces that hold", least),
+            *self.regulated,
         ]
 
 
-def grasp_quality(scenario: Scenario) -> GraspQuality:
+def grasp_quality(scenario: Scenario | str | Path) -> GraspQuality:
     """The figures of the grasp at the start of a scenario, also where it cannot be at rest.
 
     Moments are taken about the centre of mass and compared with forces by the root of the mean squared distance of the
     object's mass from it, L = sqrt(tr I / 2 m).
 
     Args:
-        scenario: with hand, object and grasp.
+        scenario: with hand, object and grasp, or its name or path.
 
     Raises:
         ScenarioError: a name or a setting is wrong.
         ModelError: a URDF cannot be used.
         GraspError: the number of points, forces or guesses does not fit the hand.
     """
+    scenario = as_scenario(scenario)
     return quality_in(read_world(scenario), scenario)
 
 
@@ -161,7 +169,22 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         shape=here.shape,
         fingers_at=tuple(skeleton(world, arm, i) for i in range(world.n_tips)),
         radius=max(tip.law.radius for tip in here.materials),
+        regulated=_regulated(here, arm, points),
     )
+
+
+def _regulated(here: Situation, arm: Arm, points: Array) -> tuple[tuple[str, str], ...]:
+    """What the motors of coupled joints can regulate, in words; nothing without coupled joints."""
+    world = here.world
+    if world.coupling is None:
+        return ()
+    J = np.vstack([arm.point_jacobian(i, point) for i, point in enumerate(points)])
+    K = np.zeros((3 * len(points), len(contact_pairs(len(points)))))
+    for k, (i, j) in enumerate(contact_pairs(len(points))):
+        way = (points[j] - points[i]) / np.linalg.norm(points[j] - points[i])
+        K[3 * i : 3 * i + 3, k], K[3 * j : 3 * j + 3, k] = way, -way
+    found = mobility(J, grasp_map(points - here.position), K, here.length)
+    return tuple(regulated_rows(found, world.coupling))
 
 
 def _forces(here: Situation, points: Array) -> Array:

@@ -129,6 +129,6 @@ def situation_of(scenario: Scenario, world: World) -> Situation:
 def skeleton(world: World, arm: Arm, index: int) -> Array:
     """Origins of the joints of a finger and the centre of its tip at the last `move` [m], shape (joints + 1, 3)."""
     data = world.model.createData()
-    pin.forwardKinematics(world.model, data, arm.q)
+    pin.forwardKinematics(world.model, data, world.configuration(arm.q))
     chain = list(world.model.supports[world.tips[index].joint])[1:]
     return np.array([*(data.oMi[joint].translation for joint in chain), arm.tip(index)[0]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -14,10 +15,11 @@ from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_st
 from softhand.contact.pads import Fingertip
 from softhand.errors import GraspError, ScenarioError
 from softhand.grasping.materials import Material
+from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import cross_matrix
 from softhand.recording.recording import Recording
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.sensing.observation import Observation
 from softhand.start.press import plain_depth
 
@@ -117,7 +119,7 @@ def limit_use(held: Held, force: Array, torsion: Array) -> Array:
     return np.where((size <= 0.0) & (parts[..., 2] >= 0.0), 0.0, use)
 
 
-def look(source: Scenario | Recording, at: float | None = None) -> HeldStart:
+def look(source: Scenario | Recording | str | Path, at: float | None = None) -> HeldStart:
     """The start of a scenario; or a sample of a run, without a time the quietest since its reference rests.
 
     Raises:
@@ -130,7 +132,7 @@ def look(source: Scenario | Recording, at: float | None = None) -> HeldStart:
             f"at: got {at:g} s for a scenario, which is looked at at its start; simulate it and give the recording.",
             key="at", value=at,
         )  # fmt: skip
-    return held_start(source)
+    return held_start(as_scenario(source))
 
 
 def held_there(start: HeldStart) -> Held:
@@ -140,14 +142,14 @@ def held_there(start: HeldStart) -> Held:
         GraspError: a fingertip does not press on the object.
     """
     plant, observed = start.probe.plant, start.probe.at(start.state, start.time)
-    return held_by(observed, plant.tip_contacts, plant.fingertips, plant.world.model, start.time)
+    return held_by(observed, plant.tip_contacts, plant.fingertips, plant.world, start.time)
 
 
 def held_by(
     observed: Observation,
     contacts: NDArray[np.void],
     fingertips: tuple[Fingertip, ...] | list[Fingertip],
-    model: pin.Model,
+    world: World,
     time: float,
 ) -> Held:
     """The same from an observation and the contacts that go with it."""
@@ -172,20 +174,20 @@ def held_by(
     own = [length_at(i, float(normal[i])) for i in range(len(lever))]
     return Held(
         tips=tuple(observed.tip_names),
-        joints=tuple(model.names[i] for i in range(1, model.njoints) if model.joints[i].idx_v < n),
+        joints=world.joint_names,
         force_map=about @ observed.object_force_jacobian.T,
         torsion_map=about @ observed.object_torsion_jacobian.T,
         basis=observed.internal_force_basis.copy(),
         hand_force=observed.hand_force_jacobian.copy(),
         hand_torsion=observed.hand_torsion_jacobian.copy(),
-        hand_weight=_hand_weight(model, observed.configuration, n),
-        gravity=np.array(model.gravity.linear),
+        hand_weight=_hand_weight(world, observed.configuration, n),
+        gravity=np.array(world.gravity),
         effort=observed.effort_limit.copy(),
         friction=contacts["friction"].copy(),
         lever=lever,
         curve=contacts["curve"].copy(),
         mass=observed.object_mass,
-        length=length_of(model.inertias[model.njoints - 1]),
+        length=length_of(world.model.inertias[world.object_joint]),
         force=observed.f_C.copy(),
         torsion=observed.tau_C.copy(),
         position=observed.object_position + arm,
@@ -193,10 +195,11 @@ def held_by(
     )
 
 
-def _hand_weight(model: pin.Model, q: Array, n: int) -> Array:
-    """Joint torques against a gravity of 1 m/s^2 along x, y, z of the base [kg m, kg], shape (n, 3)."""
-    turned, columns = model.copy(), []
+def _hand_weight(world: World, q: Array, n: int) -> Array:
+    """Torques of joints or motors against a gravity of 1 m/s^2 along x, y, z of the base [kg m, kg], shape (n, 3)."""
+    turned, columns, whole = world.model.copy(), [], world.configuration(q)
     for axis in np.eye(3):
         turned.gravity = pin.Motion(axis, np.zeros(3))
-        columns.append(pin.computeGeneralizedGravity(turned, turned.createData(), q)[:n].copy())
+        gravity = pin.computeGeneralizedGravity(turned, turned.createData(), whole)
+        columns.append((gravity if world.coupling is None else world.coupled.S.T @ gravity)[:n].copy())
     return np.column_stack(columns)

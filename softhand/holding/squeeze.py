@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -133,7 +134,7 @@ class Squeeze(Record):
 
 
 def squeeze(
-    source: Scenario | Recording,
+    source: Scenario | Recording | str | Path,
     at: float | None = None,
     *,
     attitudes: str | Sequence[ArrayLike] | None = None,
@@ -156,7 +157,7 @@ def squeeze(
     is that which goes with its least normal force.
 
     Args:
-        source: whose start is held, or a recording.
+        source: a scenario whose start is held, its name or path, or a recording.
         at: time in the recording [s]; without it its quietest sample since the reference rests.
         attitudes: roll, pitch, yaw of hand and object together [rad], a row each; "any" for all; None for that of now.
         wrenches: from outside on the object, about its centre of mass, in base axes [N, N m], a row each.
@@ -203,7 +204,7 @@ class SqueezeCurve(Record):
 
 
 def squeeze_curve(
-    source: Scenario | Recording,
+    source: Scenario | Recording | str | Path,
     at: float | None = None,
     *,
     attitudes: str | Sequence[ArrayLike] | None = None,
@@ -238,7 +239,7 @@ def _normal(found: Found | None) -> float:
 
 
 def _read(
-    source: Scenario | Recording, at: float | None, attitudes: str | Sequence[ArrayLike] | None,
+    source: Scenario | Recording | str | Path, at: float | None, attitudes: str | Sequence[ArrayLike] | None,
     wrenches: Sequence[ArrayLike], force: float, moment: float, acceleration: float, margin: float,
     friction: float | None, effort: float, touch: float, torsion: bool,
 ) -> tuple[Held, Loads, Terms]:  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
 from softhand.numerics.table import html_table
-from softhand.scenario.scenario import Scenario
+from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.guesses import did_you_mean
 
 Kind = Literal["force", "moment"]
@@ -129,7 +130,7 @@ class WorstPush(Record):
 
 
 def worst_push(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     kind: Kind = "force",
     profile: Profile = "ramp",
     count: int = 42,
@@ -148,7 +149,7 @@ def worst_push(
     is nearly that of rest. A step is worse, as the object overshoots.
 
     Args:
-        scenario: with a grasp at its start.
+        scenario: with a grasp at its start, or its name or path.
         kind: "force" through the centre of mass, or "moment".
         profile: "ramp" or "step".
         count: of directions, 12, 42 or 162.
@@ -167,6 +168,7 @@ def worst_push(
                 f"{did_you_mean(str(value), map(str, allowed))}",
                 key=key, value=value,
             )  # fmt: skip
+    scenario = as_scenario(scenario)
     start, quiet = _at_rest(scenario)
     held = held_there(start)
     _must_hold(held)
@@ -381,6 +383,7 @@ def pushes(
         profile: "ramp" or "step".
         threads: as in `rollout`.
     """
+    scenario = as_scenario(scenario)
     start, quiet = _at_rest(scenario)
     pusher = _Pusher(scenario, held_there(start), kind, profile, quiet, threads, None)
     return np.array([bool(end) for end in pusher.survived(ways, sizes)])

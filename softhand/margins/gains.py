@@ -45,8 +45,8 @@ class JointMargin(Record):
     Attributes:
         joint: its name, or `all joints` for all at once.
         factors: on the torque, with which no motion grows; the loops of the other joints are as they are.
-        disk: alpha = 1 / max |S - 1/2| of the sensitivity S at the joint; NaN for a loop that is not stable, and for
-            all joints at once.
+        disk: alpha = 1 / max |S - 1/2| of the sensitivity S at the joint; NaN for a loop that is not stable,
+            for one whose periods are not alike, and for all joints at once.
         gain: a factor on the torque, or its inverse, with which a loop of that disk margin is stable whatever the phase
             within `phase` is: (2 + alpha) / (2 - alpha), infinite from alpha = 2 on.
         phase: the angle by which it may be late, whatever the factor within `gain` is: 2 atan(alpha / 2).
@@ -91,7 +91,7 @@ def gain_margin(loop: Loop, place: Place, name: str) -> GainMargin:
 
     def growth(factor: float) -> float:
         if affine is not None:
-            return growth_of(affine(factor), loop.period)
+            return growth_of(affine(factor), loop.cycle)
         try:
             return at(factor).growth
         except SofthandError:  # the controller does not work with such a value
@@ -126,14 +126,14 @@ def joint_margins(loop: Loop) -> tuple[JointMargin, ...]:
 
 
 def _torque_range(loop: Loop, row: Array) -> Range:
-    return stable_range(lambda factor: growth_of(loop.with_torque(1.0 + (factor - 1.0) * row), loop.period))
+    return stable_range(lambda factor: growth_of(loop.with_torque(1.0 + (factor - 1.0) * row), loop.cycle))
 
 
 def _disks(loop: Loop) -> Array:
     """alpha of each joint, over frequencies up to half that of sampling, those of the poles among them."""
     n, size = len(loop.inputs), len(loop.step)
     poles = np.linalg.eigvals(loop.step)
-    if not is_stable(loop.growth):
+    if not is_stable(loop.growth) or loop.later:
         return np.full(n, np.nan)
     angles = np.abs(np.angle(poles[np.abs(poles) > 1e-9]))
     angles = np.concatenate([np.geomspace(_SLOWEST, np.pi, _FREQUENCIES), angles[angles > _SLOWEST]])

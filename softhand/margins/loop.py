@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.measurement_noise import component_labels
 from softhand.closed_loop.linearize import linearize_plant
 from softhand.controllers.controller import Controller
 from softhand.derivatives.linearization import Linearization, Switch
@@ -17,6 +19,17 @@ from softhand.derivatives.linearize import linearize_at
 from softhand.derivatives.model import remembered_in
 from softhand.derivatives.situation import Situation
 from softhand.errors import ControllerError, SimulationStopped, SofthandError
+from softhand.margins.built import (
+    Controls,
+    Turn,
+    actuation_at,
+    channel_at,
+    has_dynamics,
+    is_dynamic,
+    kept_names,
+    turns_of,
+)
+from softhand.margins.measured import answers_to, measured_along
 from softhand.margins.place import Place
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
@@ -30,17 +43,22 @@ NEUTRAL = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Loop(Record):
-    """One control period of plant and controller beside a state.
+    """One control period of plant and controller beside a state, with the instruments and drives between them.
 
     x has joints, object in its own axes, their rates, the stored deformation of contacts that slip, and what relaxing
     dampings remember. What contacts that stick store follows from the motion by rolling, and is no coordinate: moved
-    alone it would stay as it is for ever.
+    alone it would stay as it is for ever. m has the numbers in the memory of the controller that change with x, then
+    what instruments and drives keep: samples held and on their way, filters, commands on their way, lags.
+
+    Where an instrument has samples less often than the control period, or a controller that is asked less often sees
+    through instruments or drives that keep something, no two periods in a row are alike: then `turns` of them make a
+    cycle, of which K and N are the first, and `step` is that of the cycle.
 
     Attributes:
         period: for which a torque is held [s].
         A: of the plant, shape (s, s).
         B: of the plant by the torques, shape (s, n).
-        K: torques by (x, m), zero where an effort limit holds, shape (n, s + m).
+        K: torques that the joints have by (x, m), zero where an effort limit holds, shape (n, s + m).
         N: next m by (x, m), shape (m, s + m).
         states: names of x, then of m.
         state_units: of x, then "" for each of m.
@@ -53,6 +71,10 @@ class Loop(Record):
             shape (y, s + m).
         outputs: names of these.
         output_units: and units.
+        later: K, N and what errors do of the further periods of a cycle.
+        by_error: torque and next m by an error of each component of a quantity that is measured with noise or late, by
+            its name, shape (n + m, components).
+        carried: how many of m, the last ones, instruments and drives keep.
     """
 
     units: ClassVar = {
@@ -60,7 +82,10 @@ class Loop(Record):
         "moving": "1",
         "remembered": "1",
         **dict.fromkeys(("A", "B", "K", "N", "C"), "SI, by the names of rows and columns"),
+        "carried": "1",
+        "cycle": "s",
     }
+    unreported: ClassVar = frozenset({"later", "by_error"})
 
     period: float
     A: Array
@@ -77,28 +102,58 @@ class Loop(Record):
     C: Array
     outputs: tuple[str, ...]
     output_units: tuple[str, ...]
+    later: tuple[Turn, ...] = ()
+    by_error: Mapping[str, Array] = field(default_factory=dict)
+    carried: int = 0
+
+    @property
+    def turns(self) -> tuple[Turn, ...]:
+        """The periods of a cycle."""
+        return Turn(self.K, self.N, self.by_error), *self.later
+
+    @property
+    def cycle(self) -> float:
+        """After which all begins anew [s]."""
+        return len(self.turns) * self.period
 
     @cached_property
     def step(self) -> Array:
-        """(x, m) a period later by (x, m), shape (s + m, s + m)."""
+        """(x, m) a cycle later by (x, m), shape (s + m, s + m)."""
         return self.with_torque(np.ones(len(self.inputs)))
+
+    @cached_property
+    def steps(self) -> tuple[Array, ...]:
+        """(x, m) a period later by (x, m), for each period of a cycle."""
+        return self._steps(np.ones(len(self.inputs)))
 
     def with_torque(self, factors: Array) -> Array:
         """`step` with the torques of the controller multiplied, shape (n,)."""
-        s = len(self.A)
-        above = np.hstack([self.A, np.zeros((s, len(self.N)))]) + self.B @ (factors[:, None] * self.K)
-        return np.vstack([above, self.N])
+        return in_turn(self._steps(factors))
+
+    def _steps(self, factors: Array) -> tuple[Array, ...]:
+        above = np.hstack([self.A, np.zeros((len(self.A), len(self.N)))])
+        return tuple(np.vstack([above + self.B @ (factors[:, None] * one.K), one.N]) for one in self.turns)
 
     @property
     def growth(self) -> float:
         """Of the fastest growing motion [1/s]; below zero all die out."""
-        return growth_of(self.step, self.period)
+        return growth_of(self.step, self.cycle)
 
     @property
     def is_smooth(self) -> bool:
         """Whether the torque follows from the state alone."""
         s = len(self.A)
-        return float(np.max(np.abs(self.K[:, s:]), initial=0.0)) <= 1e-9 * float(np.max(np.abs(self.K[:, :s])))
+        return not self.carried and float(np.max(np.abs(self.K[:, s:]), initial=0.0)) <= 1e-9 * float(
+            np.max(np.abs(self.K[:, :s]))
+        )
+
+
+def in_turn(steps: Sequence[Array]) -> Array:
+    """Some maps one after the other."""
+    whole = steps[0]
+    for one in steps[1:]:
+        whole = one @ whole
+    return whole
 
 
 def growth_of(step: Array, period: float) -> float:
@@ -119,7 +174,8 @@ def close_loop(
 
     Args:
         place: where.
-        period: other than that of the scenario, for which the torque is held [s].
+        period: other than that of the scenario, for which the torque is held [s]. Delays, distances of samples, filters
+            and lags stay what they are in seconds; what comes between two control periods is there at the later one.
         controller: in place of that of the scenario.
         with_outputs: whether C is computed; else it has no rows.
 
@@ -131,11 +187,11 @@ def close_loop(
     model = _linear(situation, True, ("internal_force",) if with_outputs else ())
     closed = model.closed
     assert closed is not None
-    spread, gather, names, units, remembered = _coordinates(situation, model)
+    spread, gather, names, units, remembered = rolling_coordinates(situation, model)
     s, m = len(model.A), len(closed.A) - len(model.A)
     spread_all = np.block([[spread, np.zeros((s, m))], [np.zeros((m, spread.shape[1])), np.eye(m)]])
     C, outputs, output_units = _outputs(situation, model, closed.C) if with_outputs else (closed.C, (), ())
-    return Loop(
+    ideal = Loop(
         period=model.period,
         A=gather @ model.A @ spread,
         B=gather @ model.B,
@@ -152,13 +208,52 @@ def close_loop(
         outputs=outputs,
         output_units=output_units,
     )
+    return _as_built(ideal, place, situation, spread)
+
+
+def _as_built(ideal: Loop, place: Place, situation: Situation, spread: Array) -> Loop:
+    """The loop with instruments and drives, where they keep something from one control period to the next, or err."""
+    setup = place.setup
+    every = place.calls
+    ratio = ideal.period / every / setup.asked.control_period
+    channels = {} if setup.sensing is None else {
+        name: channel_at(one, ratio) for name, one in setup.sensing.channels.items()
+        if np.any(one.noise) or has_dynamics(one)
+    }  # fmt: skip
+    drives = None if setup.actuation is None else actuation_at(setup.actuation, ratio)
+    dynamic = [name for name, one in channels.items() if has_dynamics(one)]
+    is_noisy = drives is not None and bool(np.any(drives.noise))
+    if not channels and drives is None:
+        return ideal
+    if not dynamic and not is_dynamic(drives) and not (is_noisy and every > 1):
+        every = 1
+    kept = [int(name.rpartition(" ")[2]) - 1 for name in ideal.states[len(ideal.A) :]]  # as `linearize` names them
+    answers = answers_to(situation, list(channels), kept)
+    free = np.any(ideal.K != 0.0, axis=1)  # of effort limits
+    for answer in answers.values():
+        answer[: len(free)] *= free[:, None]
+    along = {name: rows @ spread for name, rows in measured_along(situation, dynamic).items()}
+    asked = Controls(ideal.K, ideal.N, answers, along, every)
+    first, *later = turns_of(asked, channels, drives)
+    world = situation.plant.world
+    labels = {"torque": [f"torque of {name}" for name in ideal.inputs]} | {
+        name: [f"{name} {label}" for label in component_labels(name, world)] for name in dynamic
+    }
+    names = kept_names(asked, channels, drives, labels)
+    A, B = (ideal.A, ideal.B) if every == 1 else plant_over(place, ideal.period / every)
+    return replace(
+        ideal, period=ideal.period / every, A=A, B=B, K=first.K, N=first.N, states=(*ideal.states, *names),
+        state_units=(*ideal.state_units, *("" for _ in names)),
+        C=np.hstack([ideal.C, np.zeros((len(ideal.C), len(names)))]), later=tuple(later), by_error=first.by_error,
+        carried=len(names),
+    )  # fmt: skip
 
 
 def plant_over(place: Place, time: float) -> tuple[Array, Array]:
     """A and B of the plant for torques that are held for any time [s], in the coordinates of `Loop`."""
     situation = place.situation(time)
     model = _linear(situation, False, ())
-    spread, gather, *_ = _coordinates(situation, model)
+    spread, gather, *_ = rolling_coordinates(situation, model)
     return gather @ model.A @ spread, gather @ model.B
 
 
@@ -224,7 +319,7 @@ def _first_bad(matrix: Array, columns: tuple[str, ...]) -> str:
     return columns[bad[0]] if len(bad) else ""
 
 
-def _coordinates(
+def rolling_coordinates(
     situation: Situation, model: Linearization
 ) -> tuple[Array, Array, tuple[str, ...], tuple[str, ...], int]:
     """Matrices from the coordinates of `Loop` to those of a linearization and back, names, units, count of memories."""

@@ -82,7 +82,7 @@ def find_margins(loop: Loop, place: Place, progress: Callable[[float], None] | N
     for k, name in enumerate(names):
         gains.append(gain_margin(loop, place, name))
         tell((k + 3.0) / total)
-    return Margins(delay, period, tuple(gains), joint_margins(loop), loop.period)
+    return Margins(delay, period, tuple(gains), joint_margins(loop), place.period)
 
 
 def _shown(value: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,15 +16,16 @@ from softhand.numerics.record import Record
 
 _MEMORY = "memory of the controller"
 _TIPS = "relaxation of the tips"
+_CARRIED = "instruments and drives"
 
 
 @dataclass(frozen=True, eq=False)
 class Mode(Record):
-    """A motion that keeps its shape: x grows by the multiplier each period.
+    """A motion that keeps its shape: x grows by the multiplier each period, or cycle of periods.
 
     Attributes:
-        growth: logarithm of the size of the multiplier over the period [1/s]; below zero the motion dies out.
-        frequency: of the ringing [Hz], 0 for none; at most half of the sampling frequency.
+        growth: logarithm of the size of the multiplier over that time [1/s]; below zero the motion dies out.
+        frequency: of the ringing [Hz], 0 for none; at most half of that of the multiplier.
         damping: damping ratio, 1 for a motion that dies out without ringing, below 0 for one that grows.
         multiplier: real and imaginary part of the eigenvalue, with the positive imaginary part of a pair.
         name: what moves most.
@@ -66,14 +68,19 @@ def find_modes(loop: Loop, groups: Groups) -> tuple[Mode, ...]:
 def _mode(loop: Loop, groups: Groups, value: complex, left: NDArray[Any], right: NDArray[Any]) -> Mode:
     nv, s = loop.moving, len(loop.A)
     with np.errstate(divide="ignore"):
-        rate = np.log(complex(value)) / loop.period if abs(value) > 0.0 else complex(-np.inf)
+        rate = np.log(complex(value)) / loop.cycle if abs(value) > 0.0 else complex(-np.inf)
     part = np.abs(left.conj() * right)
-    remembered = np.array([part[s - loop.remembered : s].sum(), part[s:].sum()]) / part.sum()
+    if not part.sum() > 0.0:  # one of those that are over when the last sample on its way has arrived
+        part = np.abs(right)
+    ends = [s - loop.remembered, s, len(part) - loop.carried, len(part)]
+    remembered = np.array([part[begin:end].sum() for begin, end in pairwise(ends)]) / part.sum()
     move, rates = right[:nv], right[nv : 2 * nv]
     if np.max(np.abs(move)) <= 1e-9 * np.max(np.abs(rates)):
         move = rates
     shares = {name: float(share * (1.0 - remembered.sum())) for name, share in groups.shares(move).items()}
-    shares |= {name: float(share) for name, share in zip((_TIPS, _MEMORY), remembered, strict=True) if share > 0.0}
+    shares |= {
+        name: float(share) for name, share in zip((_TIPS, _MEMORY, _CARRIED), remembered, strict=True) if share > 0.0
+    }
     size = abs(rate)
     damping = -rate.real / size if size > 0.0 and np.isfinite(size) else 1.0
     phase = np.exp(-1j * np.angle(np.sum(move**2)) / 2.0)

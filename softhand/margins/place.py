@@ -61,8 +61,12 @@ class Place:
         """For which a torque is held [s]."""
         if self.held is not None:
             return self.held
-        control_period = self.setup.asked.control_period
-        return whole_periods(self.setup.controller, control_period) * control_period
+        return self.calls * self.setup.asked.control_period
+
+    @property
+    def calls(self) -> int:
+        """Control periods between two calls of the controller."""
+        return whole_periods(self.setup.controller, self.setup.asked.control_period)
 
     @property
     def controller(self) -> Controller:
@@ -220,11 +224,11 @@ def place_in(recording: Recording, at: str | float, setup: Setup | None = None) 
 
 def _at_state(setup: Setup, state: State) -> Place:
     desired = setup.reference.start(read_start(setup.scenario)).update(state.time)
-    model, nc = setup.world.model, setup.world.n_tips
-    if (state.q.shape, state.v.shape) != ((model.nq,), (model.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
+    world, nc = setup.world, setup.world.n_tips
+    if (state.q.shape, state.v.shape) != ((world.nq,), (world.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
         raise ScenarioError(
             f"state: q, v and z have the shapes {state.q.shape}, {state.v.shape} and {state.z.shape}; this plant has "
-            f"{model.nq} positions, {model.nv} velocities and {nc} tips.",
+            f"{world.nq} positions, {world.nv} velocities and {nc} tips.",
             key="state", value=state,
         )  # fmt: skip
     return held_pose(setup, goal_of(desired), state, state.time, "the given state")

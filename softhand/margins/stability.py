@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from softhand.assembly.instruments import left_out
+from softhand.assembly.instruments import not_linear
 from softhand.assembly.probe import Probe
 from softhand.closed_loop.gain_loop import close_gain_loop
 from softhand.closed_loop.scan import Scan, scan
@@ -89,7 +89,7 @@ class Stability(Record):
         rows = [("about", self.where)]
         if not math.isnan(self.use):
             rows.append(("share of the contact stiffness that K_O takes", f"{self.use:.3g}"))
-            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}"))
+            rows.append(("L of (60) singular at K_O times", f"{1.0 / self.use:.3g}" if self.use else "none: it is 0"))
         rows.append(("growth without sampling", self._unsampled()))
         rows.append((f"growth with torques held for {1e3 * self.period:g} ms", _growth(self.held_growth)))
         for k, mode in enumerate(self.modes[:_TOLD]):
@@ -97,7 +97,7 @@ class Stability(Record):
             rows.append((f"mode {k + 1}", f"{mode.growth:+.3g} 1/s{ringing}: {mode.name}"))
         rows += self._unrest()
         rows += [("at a switch", f"{one.where}: {one.what}, {one.side}") for one in self.loop.switches]
-        if missing := left_out(self.place.setup.scenario):
+        if missing := not_linear(self.place.setup.scenario):
             rows.append(("left out of the loop", ", ".join(missing)))
         for more in (self.scatter, self.margins):
             rows += more.rows() if more else []
@@ -166,8 +166,8 @@ def stability(
     It is the loop of one control period as `linearize` has it: the plant that runs, any law, hand and support, and the
     controller, differenced through what it is handed and remembers. The plant goes in steps of a tenth of the period or
     less, so that the rates are those of the plant and not of its steps. Where contacts stick, what they store goes with
-    the motion by rolling. Large motions are not seen, nor delays, holds, filters and lags of instruments and drives;
-    their noise is, as what it leaves in pose and forces.
+    the motion by rolling. Delays, holds, filters and lags of instruments and drives are part of the loop, and their
+    noise is told as what it leaves in pose and forces. Large motions are not seen, nor rounding and rate limits.
 
     Args:
         source: a scenario, its name or path, or a recording, of which the controller begins anew at the state and
@@ -208,7 +208,7 @@ def stability(
         scanned = scan(source, STIFFNESS.tolist(), GAIN.tolist(), lambda k: tell(begin + share * k / len(STIFFNESS)))
     return Stability(
         controller=plugin_name("controllers", type(place.controller)),
-        period=loop.period,
+        period=place.period,
         growth=without_sampling(loop, place),
         held_growth=loop.growth,
         use=_use(place) if is_regulation else math.nan,

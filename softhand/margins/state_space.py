@@ -23,8 +23,11 @@ def to_control(loop: Loop) -> Any:
             "to_control: the package control is not installed; pip install 'softhand[control]'."
         ) from error
     push = np.vstack([loop.B, np.zeros((len(loop.N), len(loop.inputs)))])
+    moved = np.zeros_like(push)
+    for step in loop.steps:
+        moved = step @ moved + push
     return control.StateSpace(
-        loop.step, push, loop.C, np.zeros((len(loop.C), len(loop.inputs))), loop.period,
+        loop.step, moved, loop.C, np.zeros((len(loop.C), len(loop.inputs))), loop.cycle,
         states=[_plain(name) for name in loop.states],
         inputs=[_plain(f"torque of {name}") for name in loop.inputs],
         outputs=[_plain(name) for name in loop.outputs],

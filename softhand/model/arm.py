@@ -27,14 +27,14 @@ class Arm:
 
     def __init__(self, world: World) -> None:
         self.world = world
-        self.q = pin.neutral(world.model)
+        self.q = pin.neutral(world.coordinates)
         self.limits = np.array(world.position_limits)
         self._data = world.model.createData()
 
     def move(self, angles: Array) -> None:
         """Put the joints at these angles [rad or m], shape (n,)."""
         self.world.set_joint_position(angles, self.q)
-        pin.computeJointJacobians(self.world.model, self._data, self.q)
+        pin.computeJointJacobians(self.world.model, self._data, self.world.configuration(self.q))
 
     def tip(self, index: int) -> tuple[Array, Array]:
         """Position [m], shape (3,), and axes, shape (3, 3), of a finger frame F in the world."""
@@ -44,15 +44,28 @@ class Arm:
 
     def point_jacobian(self, index: int, point: Array) -> Array:
         """Velocity of a world point that moves with a tip, from all joints, shape (3, n)."""
+        if self.world.coupling is not None:
+            return self._coupled_jacobian(index, point)
         columns = list(self.world.tips[index].columns)
         jacobian = np.zeros((3, self.world.n_joints))
         jacobian[:, columns] = self._data.J[:3, columns] - pin.skew(point) @ self._data.J[3:, columns]
         return jacobian
 
+    def _coupled_jacobian(self, index: int, point: Array) -> Array:
+        """`point_jacobian` by the motors: J S."""
+        world = self.world
+        assert world.coupling is not None
+        columns = [world.model.joints[joint].idx_v for joint in world.model.supports[world.tips[index].joint] if joint]
+        moved = self._data.J[:3, columns] - pin.skew(point) @ self._data.J[3:, columns]
+        return np.asarray(moved @ world.coupling.S[columns])
+
     def gravity_torque(self) -> Array:
         """N_F at the angles of the last `move` [N m], shape (n,)."""
-        gravity = pin.computeGeneralizedGravity(self.world.model, self._data, self.q)
-        return np.array(gravity[: self.world.n_joints])
+        world = self.world
+        gravity = pin.computeGeneralizedGravity(world.model, self._data, world.configuration(self.q))
+        if world.coupling is not None:
+            gravity = world.coupled.S.T @ gravity
+        return np.array(gravity[: world.n_joints])
 
     def reach(self, index: int, target: Array, angles: Array, wish: Array | None = None) -> float:
         """Find the angles of one finger that put its tip frame at a point, within the joint limits.
@@ -70,6 +83,10 @@ class Arm:
         Returns:
             The distance that is left [m]: below `REACHED` when the point is reached.
         """
+        if self.world.coupling is not None:
+            gap = self.reach_anyhow(index, target, angles, wish)
+            self.move(angles)
+            return gap
         chain, trial = self.world.chains[index], angles.copy()
         gap = float(reach(chain, target, trial, self.limits, REACHED))
         if gap <= REACHED and (wish is None or self._draw_near(chain, target, trial, wish)):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from softhand.model.coupled import Coupled, sizes_of
 from softhand.model.rigid import rigid_poses, rigid_terms
 from softhand.model.snapshot import Terms
 from softhand.model.tree import read_tree, reread_tree
@@ -17,12 +18,12 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.prepared import prepared
 
 
-def room_for_terms(model: pin.Model) -> Terms:
+def room_for_terms(model: pin.Model, coupled: Coupled | None = None) -> Terms:
     """Arrays that `rigid.rigid_terms` fills, laid out as those of Pinocchio."""
-    nv = model.nv
+    nv, columns = sizes_of(model, coupled)
     poses = np.zeros((model.njoints, 12))
     poses[0, [0, 4, 8]] = 1.0
-    return Terms(np.zeros((nv, nv), order="F"), np.zeros((6, nv), order="F"), np.zeros(nv), poses)
+    return Terms(np.zeros((nv, nv), order="F"), np.zeros((6, columns), order="F"), np.zeros(nv), poses)
 
 
 class CompiledSnapshot:
@@ -36,10 +37,10 @@ class CompiledSnapshot:
     """
 
     def __init__(self, world: World) -> None:
-        self.tree = read_tree(world.model)
-        self.terms = room_for_terms(world.model)
+        self.tree = read_tree(world.model, world.coupled)
+        self.terms = room_for_terms(world.model, world.coupled)
         self.M, self.J, self.nle, self.poses = self.terms
-        self._q, self._v = np.zeros(world.model.nq), np.zeros(world.model.nv)
+        self._q, self._v = np.zeros(world.nq), np.zeros(world.nv)
 
     def become(self, world: World) -> None:
         """Be that of another world of the same hand and object, with other gravity and another mass."""

@@ -39,7 +39,7 @@ def gravity_forces(bodies, acceleration, poses, J, moments, out):
         bodies: table `BODY`, shape (joints,).
         acceleration: g in the world frame [m/s^2], shape (3,).
         poses: `Snapshot.poses`, shape (joints, 12).
-        J: `Snapshot.J`, shape (6, nv).
+        J: `Snapshot.J`; its columns of all joints.
         moments: scratch, mass and first moment of all that a joint carries, shape (joints, 4).
         out: shape (nv,).
     """

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pinocchio as pin
 
+from softhand.model.coupling import CouplingTable
 from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.mounting import ZERO, TipPlace, mounted, with_tips
 from softhand.model.urdf.urdf import Urdf, Vector3
 
@@ -22,11 +24,13 @@ class HandModel:
         urdf: joints and links, with the mount and the tips that were placed.
         tips: name of the frame of each fingertip: centre of the hemisphere's flat face, x out of the tip.
         effort_limit: of every joint, in place of those of the URDF [N m or N].
+        coupling: of its joints to motors, beside what its URDF says.
     """
 
     urdf: Urdf
     tips: tuple[str, ...]
     effort_limit: float | None = None
+    coupling: CouplingTable | None = None
 
     @classmethod
     def read(
@@ -38,6 +42,7 @@ class HandModel:
         effort_limit: float | None = None,
         repair: str = "",
         density: float | None = None,
+        coupling: CouplingTable | None = None,
     ) -> HandModel:
         """Read a hand and put it into the world.
 
@@ -49,17 +54,23 @@ class HandModel:
             effort_limit: as above.
             repair: `balance` to take the nearest possible inertia in the place of one that no body has.
             density: from which links that move without a mass get one by their shapes [kg/m^3].
+            coupling: as above.
 
         Raises:
             ModelError: the file cannot be used, or a tip has no link to sit on.
         """
-        role = replace(HAND, effort_counts=effort_limit is None, repair=repair, density=density)
-        bare = Urdf.read(file, role)
+        counts = effort_limit is None and coupling is None
+        bare = Urdf.read(file, replace(HAND, effort_counts=counts, repair=repair, density=density))
         places = [
             replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
         ]
         urdf = _placed(bare, _numbers(position), _numbers(rpy), tuple(places))
-        return cls(urdf, tuple(tip if isinstance(tip, str) else tip.name for tip in tips), effort_limit)
+        return cls(urdf, tuple(tip if isinstance(tip, str) else tip.name for tip in tips), effort_limit, coupling)
+
+    @property
+    def has_mimics(self) -> bool:
+        """Whether a joint follows another one by its URDF."""
+        return bool(read_mimics(self.urdf.tree))
 
     def limit_efforts(self, model: pin.Model) -> None:
         """Put the effort limit, if there is one, on the joints of a model, which are the first of it."""

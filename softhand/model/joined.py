@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from softhand.errors import ModelError
 from softhand.model.chain import Chain, read_chain
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, FREE_FLYER
+from softhand.model.coupled import Coupled, uncoupled
+from softhand.model.coupling import Coupling, CouplingTable, read_coupling
+from softhand.model.motors import coupled_of, motor_model, motors_of
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 
@@ -41,25 +44,43 @@ class Joined(NamedTuple):
     flyer: pin.Model
     """Of the object alone."""
     tips: tuple[Tip, ...]
+    coordinates: pin.Model
+    """What q and v belong to: the model itself, or with coupled joints one whose joints are the motors."""
     joint_names: tuple[str, ...]
     joints: NDArray[np.int64]
     chains: tuple[Chain, ...]
+    coupling: Coupling | None
+    coupled: Coupled
 
 
 @lru_cache(maxsize=8)
-def join_models(hand: Urdf, tips: tuple[str, ...], body: Urdf) -> Joined:
+def join_models(
+    hand: Urdf,
+    tips: tuple[str, ...],
+    body: Urdf,
+    table: CouplingTable | None = None,
+    effort_limit: float | None = None,
+) -> Joined:
     """Hand and object in one model; kept for each two, as reading them takes longer than copying."""
     fingers, flyer = build_model(hand), build_model(body)
+    coupling = read_coupling(hand, fingers, table, effort_limit)
     places = tuple(_find_tip(fingers, name, hand.file) for name in tips)
     names = tuple(fingers.names)[1:]
     renamed = pin.Model(flyer)
     _make_names_distinct(fingers, renamed)
     model = pin.appendModel(fingers, renamed, 0, pin.SE3.Identity())
+    if coupling is not None:
+        coordinates = motor_model(coupling)
+        places = tuple(replace(place, columns=motors_of(coupling, place.columns)) for place in places)
+        coupled = coupled_of(coupling, coordinates, model, [place.joint for place in places])
+        return Joined(
+            model, flyer, places, coordinates, coupling.motors, _list_joints(coordinates), (), coupling, coupled
+        )
     chains = tuple(
         read_chain(model, tip.joint, tip.rotation, tip.position, columns_of(places, index))
         for index, tip in enumerate(places)
     )
-    return Joined(model, flyer, places, names, _list_joints(model), chains)
+    return Joined(model, flyer, places, model, names, _list_joints(model), chains, None, uncoupled())
 
 
 def _list_joints(model: pin.Model) -> NDArray[np.int64]:

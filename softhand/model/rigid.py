@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+from softhand.model.coupled import expand_configuration, expand_velocity, project_terms, set_views
+from softhand.model.snapshot import Terms
 from softhand.model.tree import FLOATS, SLIDES, TURNS
 from softhand.numerics.compiled import compiled
 
@@ -18,11 +20,24 @@ def rigid_terms(tree, q, v, out):
 
     Args:
         tree: `tree.Tree`; its scratch is written.
-        q: configuration, Pinocchio's, shape (nq,).
-        v: velocity, Pinocchio's, shape (nv,).
+        q: configuration, Pinocchio's, with coupled joints of their motors, shape (nq,).
+        v: velocity, likewise, shape (nv,).
         out: `snapshot.Terms` as `tree.room_for_terms` makes them: M (upper triangle; what the
             kernel knows to be zero is left as it is), J, nle and poses are set.
     """
+    coupled = tree.coupled
+    if coupled.S.shape[0] == 0:
+        _tree_terms(tree, q, v, out)
+    else:
+        expand_configuration(coupled, q)
+        expand_velocity(coupled, v)
+        _tree_terms(tree, coupled.q, coupled.v, Terms(coupled.M, out.J, coupled.nle, out.poses))
+        project_terms(coupled, coupled.M, coupled.nle, out)
+
+
+@compiled
+def _tree_terms(tree, q, v, out):
+    """`rigid_terms` of all joints."""
     first = 1
     while first < tree.joints.shape[0]:
         last = first
@@ -60,6 +75,18 @@ def branch_terms(tree, first, last, q, v, out):
 @compiled
 def rigid_poses(tree, q, out):
     """J and poses alone, as `rigid_terms` sets them; M and nle stay as they are."""
+    coupled = tree.coupled
+    if coupled.S.shape[0] == 0:
+        _tree_poses(tree, q, out)
+    else:
+        expand_configuration(coupled, q)
+        _tree_poses(tree, coupled.q, out)
+        set_views(coupled, out.J)
+
+
+@compiled
+def _tree_poses(tree, q, out):
+    """`rigid_poses` of all joints."""
     joints = tree.joints
     for b in range(1, joints.shape[0]):
         joint, pose = joints[b], out.poses[b]

@@ -6,9 +6,18 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
+from softhand.model.coupled import (
+    expand_configuration,
+    expand_velocity,
+    project_terms,
+    room,
+    set_views,
+    sizes_of,
+)
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
@@ -42,10 +51,15 @@ class Snapshot:
     def __init__(self, world: World) -> None:
         self._model = world.model
         self._data = world.model.createData()
+        self._coupled = None if world.coupling is None else room(world.coupled)
         self.M: Array = self._data.M
         self.J: Array = self._data.J
         self.nle: Array = self._data.nle
         self.poses = self._view_poses()
+        if self._coupled is not None:
+            nv, columns = sizes_of(world.model, self._coupled)
+            self.M, self.J = np.zeros((nv, nv), order="F"), np.zeros((6, columns), order="F")
+            self.nle = np.zeros(nv)
         self.terms = Terms(self.M, self.J, self.nle, self.poses)
 
     def _view_poses(self) -> Array:
@@ -61,11 +75,16 @@ class Snapshot:
 
     def update(self, q: Array, v: Array) -> None:
         """Run at configuration q, shape (nq,), and velocity v, shape (nv,)."""
+        if self._coupled is not None:
+            self._update_coupled(q, v)
+            return
         pin.crba(self._model, self._data, q, _WORLD)
         pin.nonLinearEffects(self._model, self._data, q, v)
 
-    def updates(self, q: Array, v: Array) -> tuple[Callable[[], Any], Callable[[], Any]]:
-        """The two calls of `update` for arrays that stay where they are, to be made one after the other."""
+    def updates(self, q: Array, v: Array) -> tuple[Callable[[], Any], ...]:
+        """The calls of `update` for arrays that stay where they are, to be made one after the other."""
+        if self._coupled is not None:
+            return (partial(self._update_coupled, q, v),)
         return (
             partial(pin.crba, self._model, self._data, q, _WORLD),
             partial(pin.nonLinearEffects, self._model, self._data, q, v),
@@ -73,4 +92,21 @@ class Snapshot:
 
     def sense(self, q: Array) -> None:
         """Run at configuration q for what a controller needs: J and poses; not M, no velocity terms."""
-        pin.computeJointJacobians(self._model, self._data, q)
+        if self._coupled is None:
+            pin.computeJointJacobians(self._model, self._data, q)
+            return
+        expand_configuration(self._coupled, q)
+        pin.computeJointJacobians(self._model, self._data, self._coupled.q)
+        self.J[:, : self._model.nv] = self._data.J
+        set_views(self._coupled, self.J)
+
+    def _update_coupled(self, q: Array, v: Array) -> None:
+        """Terms of all joints, projected."""
+        coupled, data = self._coupled, self._data
+        assert coupled is not None
+        expand_configuration(coupled, q)
+        expand_velocity(coupled, v)
+        pin.crba(self._model, data, coupled.q, _WORLD)
+        pin.nonLinearEffects(self._model, data, coupled.q, coupled.v)
+        self.J[:, : self._model.nv] = data.J
+        project_terms(coupled, data.M, data.nle, self.terms)

@@ -9,6 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.model.compiled_snapshot import room_for_terms
+from softhand.model.coupled import Coupled, expand_configuration, room, uncoupled
 from softhand.model.snapshot import Terms
 from softhand.model.tree import Tree, read_tree
 from softhand.numerics.arrays import Array
@@ -17,11 +18,12 @@ from softhand.numerics.arrays import Array
 class RigidTerms:
     """M and C v of a model, from the configuration and the velocity alone."""
 
-    def __init__(self, model: pin.Model) -> None:
+    def __init__(self, model: pin.Model, coupled: Coupled | None = None) -> None:
         self._model = model
+        self._coupled = room(coupled or uncoupled())
 
-    def __reduce__(self) -> tuple[type[RigidTerms], tuple[pin.Model]]:
-        return RigidTerms, (self._model,)
+    def __reduce__(self) -> tuple[type[RigidTerms], tuple[pin.Model, Coupled]]:
+        return RigidTerms, (self._model, self._coupled)
 
     @cached_property
     def _data(self) -> pin.Data:
@@ -31,6 +33,11 @@ class RigidTerms:
     def _above(self) -> NDArray[np.bool_]:
         return ~np.tri(self._model.nv, k=-1, dtype=bool)
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of the joints of the hand, in the order of the velocities."""
+        return tuple(self._model.names[1:-1])
+
     @cached_property
     def compiled(self) -> tuple[Tree, Terms]:
         """What `rigid.rigid_terms` needs for this model, and room for its results.
@@ -38,7 +45,7 @@ class RigidTerms:
         Raises:
             ModelError: the model has a joint that the kernel does not know.
         """
-        return read_tree(self._model), room_for_terms(self._model)
+        return read_tree(self._model, self._coupled), room_for_terms(self._model, self._coupled)
 
     def mass_matrix(self, q: Array) -> Array:
         """M, both triangles, shape (nv, nv).
@@ -46,8 +53,10 @@ class RigidTerms:
         Args:
             q: configuration, shape (nq,).
         """
-        upper = pin.crba(self._model, self._data, q)
-        return np.where(self._above, upper, upper.T)
+        if self._is_coupled:
+            expand_configuration(self._coupled, np.ascontiguousarray(q))
+            return self._S.T @ self._whole_mass(self._coupled.q) @ self._S
+        return self._whole_mass(q)
 
     def velocity_terms(self, q: Array, v: Array) -> Array:
         """C(q, v) v, shape (nv,).
@@ -56,5 +65,23 @@ class RigidTerms:
             q: configuration, shape (nq,).
             v: velocity, shape (nv,).
         """
+        if self._is_coupled:
+            expand_configuration(self._coupled, np.ascontiguousarray(q))
+            return np.asarray(self._S.T @ self._whole_velocity_terms(self._coupled.q, self._S @ v))
+        return self._whole_velocity_terms(q, v)
+
+    @property
+    def _is_coupled(self) -> bool:
+        return bool(self._coupled.S.size)
+
+    @property
+    def _S(self) -> Array:
+        return self._coupled.S
+
+    def _whole_mass(self, q: Array) -> Array:
+        upper = pin.crba(self._model, self._data, q)
+        return np.where(self._above, upper, upper.T)
+
+    def _whole_velocity_terms(self, q: Array, v: Array) -> Array:
         gravity = pin.computeGeneralizedGravity(self._model, self._data, q).copy()
-        return pin.nonLinearEffects(self._model, self._data, q, v) - gravity
+        return np.asarray(pin.nonLinearEffects(self._model, self._data, q, v) - gravity)

@@ -9,6 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.errors import ModelError
+from softhand.model.coupled import Coupled, room, uncoupled
 from softhand.numerics.arrays import Array, overwrite
 
 TURNS, WINDS, SLIDES, FLOATS = 0, 1, 2, 3
@@ -51,7 +52,7 @@ WORK = np.dtype(
 
 
 class Tree(NamedTuple):
-    """A model for `rigid.rigid_terms`. Only `work` is written; whoever runs side by side needs one of its own."""
+    """A model for `rigid.rigid_terms`. `work` and `coupled` are written; what runs side by side needs its own."""
 
     joints: NDArray[np.void]
     """Table `JOINT`, shape (joints,)."""
@@ -59,9 +60,11 @@ class Tree(NamedTuple):
     """Acceleration of gravity, world axes [m/s^2], shape (3,)."""
     work: NDArray[np.void]
     """Table `WORK`, shape (joints,)."""
+    coupled: Coupled
+    """Of its joints; empty where none are coupled. Its room is written too."""
 
 
-def read_tree(model: pin.Model) -> Tree:
+def read_tree(model: pin.Model, coupled: Coupled | None = None) -> Tree:
     """The numbers of a model as they are now; later changes of the model do not count.
 
     Raises:
@@ -88,7 +91,7 @@ def read_tree(model: pin.Model) -> Tree:
         row["armature"][: joint.nv] = model.armature[columns]
     gravity = np.array(model.gravity.linear)
     joints.flags.writeable = gravity.flags.writeable = False
-    return Tree(joints, gravity, np.zeros(model.njoints, WORK))
+    return Tree(joints, gravity, np.zeros(model.njoints, WORK), room(coupled or uncoupled()))
 
 
 def _weigh(row: np.void, inertia: pin.Inertia) -> None:
@@ -108,7 +111,12 @@ def reread_tree(tree: Tree, model: pin.Model) -> None:
 
 
 def branches_of(tree: Tree) -> NDArray[np.int64]:
-    """First and last joint of each branch: a joint on the world, and all behind it, shape (branches, 2)."""
+    """First and last joint of each branch: a joint on the world, and all behind it, shape (branches, 2).
+
+    None where joints are coupled, across branches too.
+    """
+    if tree.coupled.S.size:
+        return np.zeros((0, 2), np.int64)
     firsts = np.flatnonzero(tree.joints["parent"][1:] == 0) + 1
     return np.stack([firsts, np.append(firsts[1:], len(tree.joints)) - 1], axis=1)
 

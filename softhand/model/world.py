@@ -15,9 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from softhand.model.body import ObjectModel
 from softhand.model.chain import Chain
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
+from softhand.model.coupled import Coupled, expand_configuration, room
+from softhand.model.coupling import Coupling
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
 from softhand.model.joined import Tip, columns_of, find_frame, join_models
+from softhand.model.motors import view_of
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape
 from softhand.model.urdf.urdf import Urdf
@@ -33,18 +36,28 @@ POSE_SIZE, QUATERNION_SIZE = 7, 4
 class World:
     """Hand and object as one rigid-body model; the object is the last joint, a free-flyer.
 
-    Velocities are (joint velocities, object's linear and angular velocity in the object frame), Pinocchio's order.
+    Velocities are (joint velocities, object's linear and angular velocity in the object frame), Pinocchio's order. With
+    coupled joints the motors stand for the joints in q, v, torques and all that is counted by joints; `model`, poses
+    and the joints of tips are of all joints as before.
     """
 
     model: pin.Model
+    """Of all joints, coupled or not."""
     tips: tuple[Tip, ...]
     shape: Shape
     """Of the object."""
+    coordinates: pin.Model
+    """What q and v belong to: `model` itself, or with coupled joints one whose joints are the motors."""
     joint_names: tuple[str, ...]
+    """Of the joints, or with coupled joints of the motors, one a velocity of the hand."""
     joints: NDArray[np.int64]
-    """Kind, index in q and index in v of each joint: what `configuration.integrate` needs. Shape (joints, 3)."""
+    """Kind, index in q and index in v of each of these: what `configuration.integrate` needs. Shape (joints, 3)."""
     chains: tuple[Chain, ...]
-    """The joints that carry each tip, for kernels."""
+    """The joints that carry each tip, for kernels; none with coupled joints."""
+    coupling: Coupling | None
+    """Of the joints to motors, which then are the coordinates; None for a hand without coupled joints."""
+    coupled: Coupled
+    """The same for kernels."""
     hand: Urdf
     """With its mount and the tips that were placed."""
     object: Urdf
@@ -83,10 +96,50 @@ class World:
         frame = find_frame(self.model, name, self.hand_urdf, self.object_joint)
         return frame.parentJoint, pin.SE3(frame.placement)
 
+    def configuration(self, q: Array) -> Array:
+        """That of all joints and the object, shape (model.nq,), at q, shape (nq,)."""
+        if self.coupling is None:
+            return q
+        coupled = room(self.coupled)
+        expand_configuration(coupled, np.ascontiguousarray(q))
+        return coupled.q
+
+    def velocity(self, v: Array) -> Array:
+        """That of all joints and the object, shape (model.nv,), at v, shape (nv,)."""
+        return v if self.coupling is None else self.coupled.S @ v
+
+    def joint_positions(self, angles: Array) -> Array:
+        """Of all joints from those of the motors [rad or m], shapes (..., joints) and (..., n)."""
+        return angles if self.coupling is None else self.coupling.joint_positions(angles)
+
+    def view(self, joint: int, base: int = 0) -> int:
+        """First column in `Snapshot.J` of what moves the body of a joint, 0 without coupled joints; see `view_of`."""
+        if self.coupling is None:
+            return 0
+        return view_of(self.coupling, self.model, [tip.joint for tip in self.tips], joint, base)
+
+    def columns_of(self, joint: int) -> list[int]:
+        """Velocities that move the body of a joint, from the base outward; of motors, in their order."""
+        chain = [self.model.joints[index] for index in list(self.model.supports[joint]) if index > 0]
+        columns = [column for part in chain for column in range(part.idx_v, part.idx_v + part.nv)]
+        if self.coupling is None:
+            return columns
+        return np.flatnonzero(np.any(self.coupled.S[columns] != 0.0, axis=0)).tolist()
+
+    @property
+    def nq(self) -> int:
+        """Numbers of a configuration."""
+        return int(self.coordinates.nq)
+
+    @property
+    def nv(self) -> int:
+        """Velocities."""
+        return int(self.coordinates.nv)
+
     @property
     def n_joints(self) -> int:
-        """Velocities of the hand."""
-        return self.model.nv - FREE_FLYER_SIZE
+        """Velocities of the hand: joints, or the motors of coupled ones."""
+        return self.nv - FREE_FLYER_SIZE
 
     @property
     def n_tips(self) -> int:
@@ -105,12 +158,16 @@ class World:
 
     @property
     def effort_limit(self) -> NDArray[np.float64]:
-        """Largest torque of each joint [N m], shape (n,)."""
+        """Largest torque of each joint or motor [N m], shape (n,)."""
+        if self.coupling is not None:
+            return self.coupling.effort.copy()
         return np.array(self.model.upperEffortLimit[: self.n_joints])
 
     @property
     def position_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper limit of each joint [rad or m], infinite for continuous ones, each of shape (n,)."""
+        """Lower and upper limit of each joint or motor [rad or m], infinite for continuous ones, of shape (n,) each."""
+        if self.coupling is not None:
+            return self.coupling.limits[0].copy(), self.coupling.limits[1].copy()
         lower, upper = np.full(self.n_joints, -np.inf), np.full(self.n_joints, np.inf)
         _, i, j = self.joints[:-1][self.joints[:-1, 0] == ADDITIVE].T
         lower[j], upper[j] = self.model.lowerPositionLimit[i], self.model.upperPositionLimit[i]
@@ -155,6 +212,8 @@ class World:
     @property
     def envelope(self) -> NDArray[np.int64]:
         """First nonzero column of each row of M and of M + J^T K J (lower triangle), shape (nv,)."""
+        if self.coupling is not None:
+            return _envelope_of(self)
         first = np.zeros(self.model.nv, dtype=np.int64)
         for index in range(1, self.model.njoints - 1):
             joint = self.model.joints[index]
@@ -177,13 +236,38 @@ def load_world(
     Raises:
         ModelError: a tip is no frame of the hand, or the object has no usable shape.
     """
-    joined = join_models(hand.urdf, hand.tips, body.urdf)
+    coupling = () if hand.coupling is None and not hand.has_mimics else (hand.coupling, hand.effort_limit)
+    joined = join_models(hand.urdf, hand.tips, body.urdf, *coupling)
     model = pin.Model(joined.model)
     hand.limit_efforts(model)
     body.weigh(model)
     model.gravity.linear = np.asarray(gravity, dtype=float)
     shape = shape or body.shape(joined.flyer)
-    return World(model, joined.tips, shape, joined.joint_names, joined.joints, joined.chains, hand.urdf, body.urdf)
+    return World(
+        model,
+        joined.tips,
+        shape,
+        model if joined.coupling is None else joined.coordinates,
+        joined.joint_names,
+        joined.joints,
+        joined.chains,
+        joined.coupling,
+        joined.coupled,
+        hand.urdf,
+        body.urdf,
+    )
+
+
+def _envelope_of(world: World) -> NDArray[np.int64]:
+    """`World.envelope` of motors: which of them move bodies that hang on one another."""
+    model, moves = world.model, world.coupled.S != 0.0
+    roots = np.zeros(model.nv, np.int64)
+    for index in range(1, model.njoints):
+        joint = model.joints[index]
+        roots[joint.idx_v : joint.idx_v + joint.nv] = model.supports[index][1]
+    meet = moves.T @ (roots[:, None] == roots) @ moves
+    first = np.argmax(meet, axis=1)
+    return first
 
 
 def own_columns(world: World, index: int) -> list[int]:
@@ -192,7 +276,9 @@ def own_columns(world: World, index: int) -> list[int]:
 
 
 def slides_of(world: World) -> NDArray[np.bool_]:
-    """Which joints slide, shape (n,)."""
+    """Which joints or motors slide, shape (n,)."""
+    if world.coupling is not None:
+        return world.coupling.slides.copy()
     data = world.model.createData()
     pin.forwardKinematics(world.model, data, pin.neutral(world.model))
     axes = [np.asarray(data.joints[joint].S).ravel() for joint in range(1, world.object_joint)]  # linear, angular
@@ -202,7 +288,6 @@ def slides_of(world: World) -> NDArray[np.bool_]:
 def joints_of(world: World, q: Array) -> Array:
     """Joint angles [rad or m], shape (n,), of a configuration of the model."""
     angles = np.zeros(world.n_joints)
-    for joint in list(world.model.joints)[1:-1]:
-        own = q[joint.idx_q : joint.idx_q + joint.nq]
-        angles[joint.idx_v] = own[0] if joint.nq == 1 else math.atan2(own[1], own[0])
+    for kind, i, j in world.joints[:-1].tolist():
+        angles[j] = math.atan2(q[i + 1], q[i]) if kind == CONTINUOUS else q[i]
     return angles

@@ -72,7 +72,7 @@ class Plant:
     ) -> None:
         self.world = world
         self.snapshot = CompiledSnapshot(world) if terms == "compiled" else Snapshot(world)
-        self.rigid = RigidTerms(world.model)
+        self.rigid = RigidTerms(world.model, world.coupled)
         self.joints = world.joints
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         every: tuple[Contact, ...] = (*self.fingertips, *self.supports)
@@ -85,9 +85,9 @@ class Plant:
         self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
         self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan))
-        self.at = np.full(world.model.nq + world.model.nv + len(every) * self.n_memory, np.nan)
-        self.external = np.zeros(world.model.nv)
-        self._mass = np.zeros((world.model.nv, world.model.nv))
+        self.at = np.full(world.nq + world.nv + len(every) * self.n_memory, np.nan)
+        self.external = np.zeros(world.nv)
+        self._mass = np.zeros((world.nv, world.nv))
         if isinstance(self.snapshot, CompiledSnapshot):  # kernels put the deformation into the arguments of laws
             self._structure = structure_of(self.pads), structure_of(self.snapshot.tree.joints)
 
@@ -111,7 +111,12 @@ class Plant:
         self._structure = structure_of(pads), structure_of(snapshot.tree.joints)
         if self._structure != before:
             return False
-        self.world, self.rigid, self._code, self.materials = world, RigidTerms(world.model), code, tuple(every)
+        self.world, self.rigid, self._code, self.materials = (
+            world,
+            RigidTerms(world.model, world.coupled),
+            code,
+            tuple(every),
+        )
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         self.pads[...] = pads
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
@@ -190,7 +195,7 @@ class Plant:
     @property
     def jacobian(self) -> Array:
         """Rows of [J_CF, -J_O] in the velocities of `State`, shape (nc, 4, nv). A copy."""
-        jacobian = np.zeros((len(self.contacts), 4, self.world.model.nv))
+        jacobian = np.zeros((len(self.contacts), 4, self.world.nv))
         for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
             rows[:, columns[columns >= 0]] = values[columns >= 0, :4].T
         return jacobian

@@ -44,10 +44,11 @@ class Event:
 
 KINDS = (
     "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex", "torque limit",
-    "joint limit", "stopped",
+    "joint limit", "collision", "stopped",
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
-presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold."""
+presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
+shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
 def find_events(recording: Recording) -> list[Event]:

@@ -21,7 +21,7 @@ from softhand.errors import MissingArrayError, RecordingError
 from softhand.numerics.arrays import AnyArray
 from softhand.numerics.table import folded, html_table
 from softhand.recording.reading import RESERVED, read_fields
-from softhand.recording.units import units_along
+from softhand.recording.units import table_of, units_along
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
 from softhand.recording.whole_file import fill_whole, write_whole
 from softhand.settings.guesses import did_you_mean
@@ -116,7 +116,7 @@ class Recording:
 
         A joint that slides has m, m/s and N, as far as the URDF of the hand is in the recording.
         """
-        return units_along(name, self.labels, self.hand_urdf)
+        return units_along(name, self.labels, self.hand_urdf, table_of(self.attributes.get("sliding_motors")) or ())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write NetCDF-4, whole or not at all: first to a file beside it, which then takes the name PATH.

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from softhand.errors import ModelError
 from softhand.model.urdf.document import read_document
@@ -21,19 +23,31 @@ def slides_in(hand_urdf: str) -> frozenset[str]:
     return frozenset(part.get("name", "") for part in root if part.tag == "joint" and part.get("type") == "prismatic")
 
 
-def units_along(name: str, labels: Mapping[str, tuple[str, ...]], hand_urdf: str) -> tuple[str, ...]:
+def table_of(text: object) -> Any:
+    """What an attribute of a recording has as JSON; None if it is none."""
+    try:
+        return json.loads(text) if isinstance(text, str) else None
+    except ValueError:
+        return None
+
+
+def units_along(
+    name: str, labels: Mapping[str, tuple[str, ...]], hand_urdf: str, sliding_motors: Iterable[str] = ()
+) -> tuple[str, ...]:
     """Unit of each place along the last dimension of an array; one unit alone where it is that of all.
 
     Args:
         name: of the array.
         labels: along the dimensions of the model.
         hand_urdf: text of the hand's URDF.
+        sliding_motors: motors of coupled joints that slide, which the URDF does not know by name.
     """
     variable = VARIABLES[name]
     hinge, is_mixed, slide = variable.units.partition(" or ")
     units = tuple(hinge.split(", "))
     if is_mixed:
-        slides, joints = slides_in(hand_urdf), set(labels["joint"])
+        slides = {*slides_in(hand_urdf), *sliding_motors}
+        joints = {*labels["joint"], *labels.get("coupled_joint", ())}
         of_object = {True: "N m", False: "N"}  # a moment about an axis rx, a force along x
         units = tuple(
             (slide if place in slides else hinge) if place in joints else of_object[place.startswith("object r")]

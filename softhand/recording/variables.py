@@ -20,7 +20,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity")
+LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -49,6 +49,9 @@ _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
 VARIABLES: dict[str, Variable] = {
     "time": Variable(("time",), "s", "time since the start of the run"),
     "joint_position": Variable(_JOINT, "rad or m", "joint angle, or travel of a slide"),
+    "coupled_position": Variable(
+        ("time", "coupled_joint"), "rad or m", "angle, or travel, of a joint that motors move through a coupling"
+    ),
     "joint_velocity": Variable(_JOINT, "rad/s or m/s", "joint velocity"),
     "joint_torque": Variable(
         _JOINT, "N m or N", "joint torque, or force of a slide, as applied, after the effort limits"

@@ -60,7 +60,7 @@ class Balance:
 
     def __init__(self, plant: Plant, torques: Torques, pushes: Pushes, start: Point) -> None:
         self.plant, self.torques, self._pushes = plant, torques, pushes
-        world, nv = plant.world, plant.world.model.nv
+        world, nv = plant.world, plant.world.nv
         self._effort, self._nv, self._still = world.effort_limit, nv, np.zeros(nv)
         self._Theta = np.full(world.n_tips, np.nan)
         self._relaxes = bool(np.any(is_memory(plant)))

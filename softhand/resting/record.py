@@ -121,8 +121,8 @@ class Equilibrium(Record):
         rows = [
             ("at rest", "yes" if self.refusal is None else "no"),
             ("reference followed to", f"{self.time:g} s"),
-            ("object at", f"({', '.join(f'{1e3 * x:.4g}' for x in self.object_position)}) mm"),
-            ("roll, pitch, yaw", f"({', '.join(f'{math.degrees(x):.4g}' for x in self.object_rpy)}) deg"),
+            ("object at", f"({_three(1e3 * self.object_position)}) mm"),
+            ("roll, pitch, yaw", f"({_three(np.degrees(self.object_rpy))}) deg"),
             ("moved from the given state", f"{shift:.3g} mm, {turn:.3g} deg"),
         ]
         if len(self.torque):
@@ -183,3 +183,8 @@ def direction(vector: Array) -> str:
     """Of a vector, as words."""
     size = float(np.linalg.norm(vector))
     return f"({', '.join(f'{x + 0.0:.2f}' for x in np.round(vector / size if size else vector, 2))})"
+
+
+def _three(values: Array) -> str:
+    """Numbers of which less than a millionth is nothing."""
+    return ", ".join(f"{x if abs(x) > 1e-6 else 0.0:.4g}" for x in values)

@@ -13,11 +13,13 @@ import numpy as np
 import pinocchio as pin
 
 from softhand.errors import ModelError
+from softhand.model.coupling import read_coupling
 from softhand.model.urdf.bodies import NO_MASS
 from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import HAND, examine
 from softhand.model.urdf.inertias import IMPOSSIBLE
 from softhand.model.urdf.joints import NO_EFFORT
+from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.repair import BALANCE
 from softhand.model.urdf.urdf import Urdf
@@ -69,10 +71,7 @@ k_r = 0.377e6         # [N/m^2]
 k_phi = 0.166e6       # [N/m^2]
 k_psi = 0.0488e9      # [N/m^3]
 
-# Contact points, internal forces and joint angles: found by
-#     softhand grasp {name} --place --propose
-# which prints them, or with --write FILE keeps all of it as a scenario that can be run.
-[grasp]
+{search}[grasp]
 
 [controller]
 name = "regulation"  # softhand list controllers
@@ -92,6 +91,22 @@ kind = "hold"  # the start is kept; "minimum-jerk" goes to object_position, obje
 [stepper]
 name = "midpoint"
 step = 0.001  # [s]
+"""
+
+
+_SEARCH = """\
+# Contact points, internal forces and joint angles: found by
+#     softhand grasp {name} --place --propose
+# which prints them, or with --write FILE keeps all of it as a scenario that can be run.
+"""
+
+_BY_HAND = """\
+# Joints follow others by <mimic>; the motors are {motors}.
+# softhand grasp --propose moves one joint at a time and does not search for such a hand. Write a point of the surface
+# for each tip and an internal force [N] for each pair; softhand check {name} tells the nearest points that the motors
+# reach.
+# contact_points = [[-0.028, 0.0, 0.0], [0.028, 0.0, 0.0]]
+# internal_force = [4.0]
 """
 
 
@@ -126,10 +141,11 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
             file=str(urdf),
         )
     model = build_model(hand)
-    position = ", ".join(f"{value:.3f}" for value in _middle(model, ends))
+    position = ", ".join(f"{value:.3f}" for value in _middle(hand, model, ends))
     text = _TEXT.format(
         count=len(ends),
         name=file.name,
+        search=_search(hand, file.name),
         title=json.dumps(urdf.stem, ensure_ascii=False)[1:-1],
         urdf=json.dumps(os.path.relpath(urdf, file.absolute().parent), ensure_ascii=False),
         tips="\n".join(f"    {_tip(model, name)}" for name in ends),
@@ -137,6 +153,15 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
         remedies="".join(f"\n{line}" for line in remedies),
     )
     return Blank(text, remedies)
+
+
+def _search(hand: Urdf, name: str) -> str:
+    """How contact points are found."""
+    mimics = read_mimics(hand.tree)
+    if not mimics:
+        return _SEARCH.format(name=name)
+    motors = [joint.name for joint in hand.moving_joints if joint.name not in mimics]
+    return _BY_HAND.format(name=name, motors=", ".join(motors))
 
 
 def _read(urdf: Path) -> tuple[Urdf, list[str]]:
@@ -180,14 +205,18 @@ def _tip(model: pin.Model, name: str) -> str:
     return f"{{ name = {label}, frame = {quoted}, rpy = {list(rpy)} }},  # {why}"
 
 
-def _middle(model: pin.Model, ends: list[str]) -> np.ndarray:
-    """The mean of the ends, all joints in the middle of their ranges [m], shape (3,)."""
+def _middle(hand: Urdf, model: pin.Model, ends: list[str]) -> np.ndarray:
+    """The mean of the ends, all joints, or their motors, in the middle of their ranges [m], shape (3,)."""
+    coupling = read_coupling(hand, model, None, 1.0)
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
     middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
     q = pin.neutral(model)
-    for joint in list(model.joints)[1:]:
+    for k, joint in enumerate(list(model.joints)[1:]):
         if joint.nq == 1:  # a continuous joint stays where it is
             q[joint.idx_q] = middle[joint.idx_q]
+            if coupling is not None:
+                between = 0.5 * coupling.limits.sum(axis=0)
+                q[joint.idx_q] = coupling.joint_positions(np.where(np.isfinite(between), between, 0.0))[k]
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     return np.mean([data.oMf[model.getFrameId(name)].translation for name in ends], axis=0)

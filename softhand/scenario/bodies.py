@@ -34,6 +34,39 @@ class PlacedTip(Settings):
         return self.name or f"{self.frame}_soft"
 
 
+class MotorSection(Settings):
+    """Limits of one motor of coupled joints."""
+
+    effort: Positive | None = None
+    """Largest torque [N m or N]; hand.effort_limit if not given, or that of the joint of the same name."""
+    lower: float | None = None
+    """Lower limit of the motor, beside those that the limits of its joints leave it [rad or m]."""
+    upper: float | None = None
+    """Upper limit, likewise [rad or m]."""
+
+
+class CouplingSection(Settings):
+    """Joints that are moved by motors together: joint = sum of ratio x motor + offset.
+
+    A joint that is neither named here nor follows another one by a `<mimic>` of the URDF is a motor itself.
+    """
+
+    joints: dict[str, dict[str, float]]
+    """Of each coupled joint its motors by name, with the ratio of each [1, m/rad or rad/m]. A
+    motor may be called after a joint that it moves, or by any other name."""
+    offsets: dict[str, float] | None = None
+    """Where these joints are with all motors at zero [rad or m]; 0 if not given."""
+    motors: dict[str, MotorSection] | None = None
+    """Limits of motors by name; needed for the effort of those that are not called after a joint."""
+
+    @field_validator("joints")
+    @classmethod
+    def _are_some(cls, joints: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+        if not joints:
+            raise ValueError("no joint is coupled; write { JOINT = { MOTOR = 1.0 } }, or take out hand.coupling.")
+        return joints
+
+
 class HandSection(Settings):
     """The hand and its fingertips."""
 
@@ -47,6 +80,8 @@ class HandSection(Settings):
     """Roll, pitch, yaw of the root link [rad]."""
     effort_limit: Positive | None = None
     """Largest torque of every joint [N m or N]; those of the URDF if not given."""
+    coupling: CouplingSection | None = None
+    """Motors of joints that move together, beside the `<mimic>` of the URDF."""
     repair: Literal["balance"] | None = None
     """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
     density: Positive | None = None

@@ -113,6 +113,10 @@ def _reason(error: Exception) -> str:
     return re.sub(r" \(at [^()]*\)$", "", str(error))
 
 
+_PATHS = {"hand": "urdf", "object": "urdf", "controller": "gain_file"}
+"""Sections with a key that is the path of a file."""
+
+
 def _absolute(urdf: Any, folder: Path) -> Any:
     urdf = os.fspath(urdf) if isinstance(urdf, os.PathLike) else urdf
     if not isinstance(urdf, str) or not urdf or urdf.startswith("package:"):
@@ -121,12 +125,12 @@ def _absolute(urdf: Any, folder: Path) -> Any:
 
 
 def with_absolute_paths(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The tables with the paths of hand and object taken as relative to a folder."""
+    """The tables with the paths of hand, object and gains taken as relative to a folder."""
     changed = dict(table)
-    for name in ("hand", "object"):
+    for name, key in _PATHS.items():
         section = table.get(name)
-        if isinstance(section, Mapping) and "urdf" in section:
-            changed[name] = {**section, "urdf": _absolute(section["urdf"], folder)}
+        if isinstance(section, Mapping) and key in section:
+            changed[name] = {**section, key: _absolute(section[key], folder)}
     return changed
 
 
@@ -150,6 +154,6 @@ def overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[s
 
 
 def _absolute_value(key: str, value: Any) -> Any:
-    if key in ("hand.urdf", "object.urdf"):
+    if key in {f"{name}.{path}" for name, path in _PATHS.items()}:
         return _absolute(value, Path.cwd())
-    return with_absolute_paths({key: value}, Path.cwd())[key] if key in ("hand", "object") else value
+    return with_absolute_paths({key: value}, Path.cwd())[key] if key in _PATHS else value

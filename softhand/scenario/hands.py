@@ -7,6 +7,7 @@ from pathlib import Path
 
 from softhand.errors import ScenarioError
 from softhand.model.urdf.examination import HAND
+from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.scenario.bodies import PlacedTip
@@ -24,6 +25,7 @@ class Hand:
         tips: name of each soft fingertip, with the link that carries it where that has another name.
         scenarios: those that ship and use it.
         joints: how many move.
+        motors: how many motors move them.
         mass: of all that moves [kg].
         missing: why it cannot be read and what to do; "" if it can, else there are neither joints nor mass.
     """
@@ -35,13 +37,14 @@ class Hand:
     joints: int = 0
     mass: float = 0.0
     missing: str = ""
+    motors: int = 0
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of a table."""
         found = (
             [("to be installed", self.missing)]
             if self.missing
-            else [("joints", str(self.joints)), ("moving mass", f"{self.mass:.3g} kg")]
+            else [("joints", self._joints), ("moving mass", f"{self.mass:.3g} kg")]
         )
         return [
             ("urdf", self.urdf),
@@ -50,6 +53,11 @@ class Hand:
             *found,
             ("scenarios", ", ".join(self.scenarios)),
         ]
+
+    @property
+    def _joints(self) -> str:
+        coupled = f", moved by {self.motors} motor{'' if self.motors == 1 else 's'}"
+        return f"{self.joints}{coupled if self.motors < self.joints else ''}"
 
 
 def known_hands() -> list[Hand]:
@@ -68,9 +76,10 @@ def _hand(urdf: str, users: list[tuple[str, Scenario]]) -> Hand:
         file = resolve_path(urdf)
     except ScenarioError as error:
         return Hand(Path(urdf).stem, urdf, tips, names, missing=str(error))
-    model = build_model(Urdf.read(file, HAND))
+    hand = Urdf.read(file, HAND)
+    model, followers = build_model(hand), read_mimics(hand.tree)
     mass = sum(inertia.mass for inertia in list(model.inertias)[1:])
-    return Hand(Path(urdf).stem, urdf, tips, names, model.nv, mass)
+    return Hand(Path(urdf).stem, urdf, tips, names, model.nv, mass, motors=model.nv - len(followers))
 
 
 def _tip(tip: str | PlacedTip) -> str:

@@ -87,11 +87,12 @@ def describe_tips(body, columns, poses, J, contacts, tips):
             column = columns[i, a]
             if column < 0 or column >= n:
                 break
-            wx, wy, wz = J[3, column], J[4, column], J[5, column]
+            seen = column + body.tip_views[i]
+            wx, wy, wz = J[3, seen], J[4, seen], J[5, seen]
             angular[0, column], angular[1, column], angular[2, column] = wx, wy, wz
-            linear[0, column] = J[0, column] + wy * z - wz * y
-            linear[1, column] = J[1, column] + wz * x - wx * z
-            linear[2, column] = J[2, column] + wx * y - wy * x
+            linear[0, column] = J[0, seen] + wy * z - wz * y
+            linear[1, column] = J[1, seen] + wz * x - wx * z
+            linear[2, column] = J[2, seen] + wx * y - wy * x
 
 
 @compiled

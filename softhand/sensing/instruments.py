@@ -49,6 +49,7 @@ class Instruments:
         observation: what a controller sees; live.
         block: its numbers.
         groups: its fields, as `Sensor.groups`.
+        truth: what is measured, by quantity, as it is; live.
 
     Args:
         plant: what is measured.
@@ -64,16 +65,18 @@ class Instruments:
         self._plant, self._truth, self._desired = plant, truth, desired
         sensor = self._sensor = Sensor(plant, desired, block)
         self.observation, self.block, self.groups = sensor.observation, sensor.block, sensor.groups
-        model, contacts = plant.world.model, plant.contacts
+        world, contacts = plant.world, plant.contacts
         touch = Touch(plant.pads, plant.columns, np.zeros_like(contacts), np.zeros_like(plant.contact_columns),
                       np.zeros(len(contacts)))  # fmt: skip
-        self._seen = Seen(read_tree(model), np.zeros(model.nq), np.zeros(model.nv), room_for_terms(model), touch)
+        tree, terms = read_tree(world.model, world.coupled), room_for_terms(world.model, world.coupled)
+        self._seen = Seen(tree, np.zeros(world.nq), np.zeros(world.nv), terms, touch)
         items, memory = self._items(sensing)
         size = sum(counts(plant.world.n_joints, plant.world.n_tips).values())
         self.chain = Chain(
             items, np.zeros(size), np.zeros(size), np.zeros(memory), np.zeros(memory), np.full(1, -1),
             np.array([sensing.seed]), np.zeros((2, 3, 3)),
         )  # fmt: skip
+        self.truth = self._parts(self.chain.truth)
         self._period = np.zeros(1, np.int64)
         self._see = prepared(see_measured, *self.arguments(self._period, FIELDS))
 
@@ -86,7 +89,7 @@ class Instruments:
         """
         plant, chain = self._plant, self.chain
         return (
-            pick(Observed, self._truth._views), self._parts(chain.truth), chain, self._parts(chain.measured), period,
+            pick(Observed, self._truth._views), self.truth, chain, self._parts(chain.measured), period,
             self._sensor.body, plant.joints, plant.contacts, self._seen, Wanted.of(self._desired), self.groups,
             parts_of(fields),
         )  # fmt: skip

@@ -10,6 +10,8 @@ import numpy as np
 from softhand.contact.kinematics import move_contacts
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pairs import contact_pairs
+from softhand.model.coupled import Coupled, project_force
+from softhand.model.coupled import room as room_for_coupled
 from softhand.model.gravity import gravity_forces
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
@@ -57,6 +59,8 @@ class Body(NamedTuple):
     """As `World.joints`."""
     tip_joints: AnyArray
     """Joint that carries each tip, shape (nc,)."""
+    tip_views: AnyArray
+    """First column of J for each tip, see `World.view`, shape (nc,)."""
     tip_rotations: Array
     """Axes of F in the frame of that joint, shape (nc, 3, 3)."""
     pairs: AnyArray
@@ -69,6 +73,8 @@ class Body(NamedTuple):
     """Scratch of `gravity_forces`."""
     gravity_terms: Array
     """N(q), shape (nv,)."""
+    coupled: Coupled
+    """Of joints to motors; its nle is scratch for N of all joints."""
 
 
 class Wanted(NamedTuple):
@@ -104,12 +110,14 @@ class Sensor:
         self.body = Body(
             plant.joints,
             np.array([tip.joint for tip in world.tips], dtype=np.int64),
+            np.array([world.view(tip.joint, world.object_joint) for tip in world.tips], dtype=np.int64),
             np.array([tip.rotation for tip in world.tips]),
             np.array(pairs, dtype=np.int64).reshape(-1, 2),
             world.bodies,
             world.gravity,
             np.zeros((world.model.njoints, 4)),
-            np.zeros(world.model.nv),
+            np.zeros(world.nv),
+            room_for_coupled(world.coupled),
         )
         known = Known.of(plant, len(pairs))
         self.block = np.zeros(room(known.sizes)) if block is None else block
@@ -192,7 +200,11 @@ def describe(body, touch, terms, desired, q, v, groups, parts):
     object_pose = poses[poses.shape[0] - 1]
     joints, object_, tips, at_tips, jacobians, supports, internal, asked = groups
     if parts[JOINTS] or parts[OBJECT]:
-        gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
+        if body.coupled.S.shape[0] == 0:
+            gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.gravity_terms)
+        else:
+            gravity_forces(body.bodies, body.gravity, poses, J, body.moments, body.coupled.nle)
+            project_force(body.coupled, body.coupled.nle, body.gravity_terms)
     if parts[JOINTS]:
         describe_joints(body, q, v, joints)
     if parts[OBJECT]:

@@ -36,8 +36,15 @@ def finished(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) 
             found[name], turns[name] = _without_jumps(found[name], places, turns.get(name))
     if "joint_position" in found:
         lower, upper = plant.world.position_limits
-        position = found["joint_position"]
+        position, coupling = found["joint_position"], plant.world.coupling
         found["joint_limited"] = np.subtract(position > upper, position < lower, dtype=np.int8)
+        if coupling is not None:
+            joints = coupling.joint_positions(position)
+            found["coupled_position"] = joints[:, coupling.coupled_joints]
+            lower, upper = coupling.joint_limits
+            beyond = np.subtract(joints > upper, joints < lower, dtype=np.int8) * coupling.is_shared
+            pushed = np.sign(beyond @ np.sign(coupling.S)).astype(np.int8)
+            found["joint_limited"] = np.where(found["joint_limited"] == 0, pushed, found["joint_limited"])
     return found
 
 

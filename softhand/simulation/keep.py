@@ -18,6 +18,8 @@ from softhand.sensing.instruments import MEASURED
 from softhand.settings.wording import nearest
 from softhand.simulation.finishing import finished, measured_in
 
+_OF_JOINTS = ("joint_limited", "coupled_position")
+"""Told from the joint positions."""
 _DRIVE = ("joint_torque", "torque_limited", "external_force")
 
 
@@ -65,7 +67,7 @@ class Keep:
     @property
     def fields(self) -> list[str]:
         """Of an observation, in their order."""
-        wanted = {"joint_position" if name == "joint_limited" else name for name in self.variables}
+        wanted = {"joint_position" if name in _OF_JOINTS else name for name in self.variables}
         return [name for name in RECORDED if name in wanted]
 
     def samples(self, periods: int) -> int:

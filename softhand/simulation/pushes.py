@@ -91,6 +91,7 @@ ROUNDING = 1e-9
 PUSH = np.dtype(
     [
         ("joint", np.int64),  # that carries the body
+        ("first_twist", np.int64),  # first column of J for that body, see `World.view`
         ("force", np.float64, 3),  # world axes [N]
         ("moment", np.float64, 3),  # world axes [N m]
         ("point", np.float64, 3),  # where the force acts, in the frame of the joint [m]
@@ -118,7 +119,7 @@ def push_table(plant: Plant, pushes: Sequence[Push]) -> PushTable:
         ScenarioError: its numbers make no push.
     """
     world = plant.world
-    table = PushTable(np.zeros(len(pushes), PUSH), np.zeros((len(pushes), world.model.nv), np.int64))
+    table = PushTable(np.zeros(len(pushes), PUSH), np.zeros((len(pushes), world.nv), np.int64))
     for row, moves, push in zip(*table, pushes, strict=True):
         _check(push)
         row["joint"], row["point"] = world.object_joint, push.point
@@ -127,9 +128,8 @@ def push_table(plant: Plant, pushes: Sequence[Push]) -> PushTable:
             row["point"] = place.act(np.asarray(push.point, dtype=float))
         row["force"], row["moment"] = push.force, push.moment
         row["start"], row["end"] = push.start, push.start + push.duration
-        for index in list(world.model.supports[int(row["joint"])])[1:]:
-            joint = world.model.joints[index]
-            moves[joint.idx_v : joint.idx_v + joint.nv] = 1
+        row["first_twist"] = world.view(int(row["joint"]))
+        moves[world.columns_of(int(row["joint"]))] = 1
     return table
 
 
@@ -141,7 +141,7 @@ def add_pushes(pushes, time, poses, J, external):
         pushes: of `push_table`.
         time: [s].
         poses: `Snapshot.poses`, shape (joints, 12).
-        J: `Snapshot.J`, shape (6, nv).
+        J: `Snapshot.J`.
         external: shape (nv,).
     """
     for i in range(pushes.rows.shape[0]):
@@ -155,8 +155,9 @@ def add_pushes(pushes, time, poses, J, external):
         mx, my, mz = m[0] + y * f[2] - z * f[1], m[1] + z * f[0] - x * f[2], m[2] + x * f[1] - y * f[0]
         for k in range(external.shape[0]):
             if pushes.moves[i, k]:
-                external[k] += J[0, k] * f[0] + J[1, k] * f[1] + J[2, k] * f[2]
-                external[k] += J[3, k] * mx + J[4, k] * my + J[5, k] * mz
+                c = push.first_twist + k
+                external[k] += J[0, c] * f[0] + J[1, c] * f[1] + J[2, c] * f[2]
+                external[k] += J[3, c] * mx + J[4, c] * my + J[5, c] * mz
 
 
 def _check(push: Push) -> None:

@@ -30,6 +30,7 @@ from softhand.simulation.fitting import must_fit, periods_until
 from softhand.simulation.interrupts import interruptible, interrupts_held
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
+from softhand.simulation.regulated import notes_of
 from softhand.simulation.samples import Samples
 from softhand.steppers.stepper import Stepper
 
@@ -283,13 +284,15 @@ class Simulation:
         first, last = self._k, self._periods if until is None else round(until / self._period)
         samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep)
         samples.turns, self._first = dict(self._turns), first
+        self._notes: dict[str, str] = {}
         self._began = clock.perf_counter()
         try:
             with interruptible():
                 for k in range(first, last + 1):
-                    self.sample()
+                    observation = self.sample()
                     samples.record(k, always=k == last)
                     if k == first:
+                        self._notes = notes_of(self.plant.world, observation)
                         self._began = clock.perf_counter()  # the first sample may compile the controller
                     if progress is not None and k % _REPORT_EVERY == 0:
                         progress(self.time)
@@ -364,7 +367,7 @@ class Simulation:
     def _finish(self, samples: Samples, reason: str) -> Recording:
         steps = max(self._k - self._first, 0) * self._steps
         wall = max(clock.perf_counter() - self._began, 1e-9)
-        figures = {"steps_per_second": steps / wall, "wall_time": wall}
+        figures = {"steps_per_second": steps / wall, "wall_time": wall, **self._notes}
         recording = samples.recording(self.scenario, reason, self.reference.phases, figures)
         self._turns = samples.turns
         return recording

@@ -63,33 +63,53 @@ def _settle(
     arm: Arm, index: int, fingertip: Fingertip, formula: Formula | None, point: Array, frame: Array, force: Array,
     angles: Array, settled: Settled,
 ) -> None:  # fmt: skip
-    name, law, guess = arm.world.tips[index].name, fingertip.law, angles.copy()
-    is_surface = law.coordinates == "surface"
-    tangent, z_C = frame.T
-    deformation = np.zeros(4)
+    law, guess = fingertip.law, angles.copy()
+    settled.deformation[:] = 0.0
     for turn in range(TURNS):
         wish = guess if turn < _WISHES else None
-        reach_point(arm, index, point - (law.radius - deformation[0]) * z_C, angles, wish)
-        _, axes = arm.tip(index)
-        u = axes.T @ z_C
-        Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
-        if not RIM < Phi < (math.inf if is_surface else APEX):
-            place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
-            raise GraspError(
-                f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
-                f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
-                "Move the object or the contact point.",
-                finger=name, quantity="Phi", value=Phi,
-            )  # fmt: skip
-        x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
-        y_C = np.cross(z_C, x_C)
-        bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
-        wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
-        asked, previous = wanted / fingertip.damping.relaxed(), deformation
-        deformation = np.zeros(4)
-        if formula is None or not answer_force(formula, Phi, bearing, asked, deformation, settled.law_force):
-            deformation = deform_tip(name, law, Phi, bearing, asked)
-        if np.max(np.abs(deformation - previous)) < SETTLED:
+        previous = settled.deformation.copy()
+        reach_point(arm, index, point - (law.radius - previous[0]) * frame[:, 1], angles, wish)
+        answer_tip(arm.world.tips[index].name, fingertip, formula, arm.tip(index)[1], frame, force, settled)
+        if np.max(np.abs(settled.deformation - previous)) < SETTLED:
             break
+
+
+def answer_tip(
+    name: str, fingertip: Fingertip, formula: Formula | None, axes: Array, frame: Array, force: Array, settled: Settled
+) -> None:
+    """The deformation with which a tip, where it is, answers a contact force.
+
+    Args:
+        name: of the tip.
+        fingertip: its material.
+        formula: of its law; None if that cannot be compiled.
+        axes: of F in the world, shape (3, 3).
+        frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
+        force: on the object, in the world [N], shape (3,).
+        settled: set.
+
+    Raises:
+        GraspError: the tip lies at its rim or apex, or its law does not answer.
+        LawError: the law answers with what is no number.
+    """
+    law, (tangent, z_C) = fingertip.law, frame.T
+    is_surface = law.coordinates == "surface"
+    u = axes.T @ z_C
+    Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
+    if not RIM < Phi < (math.inf if is_surface else APEX):
+        place = "rim of the flat face" if Phi <= RIM else "apex, where the paper's coordinates are singular"
+        raise GraspError(
+            f"{name}: the contact lies at Phi = {math.degrees(Phi):.1f} deg, at the {place}; a start needs "
+            f"{math.degrees(RIM):.0f} to {90.0 if is_surface else math.degrees(APEX):.0f} deg. "
+            "Move the object or the contact point.",
+            finger=name, quantity="Phi", value=Phi,
+        )  # fmt: skip
+    x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
+    y_C = np.cross(z_C, x_C)
+    bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
+    wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
+    asked, deformation = wanted / fingertip.damping.relaxed(), np.zeros(4)
+    if formula is None or not answer_force(formula, Phi, bearing, asked, deformation, settled.law_force):
+        deformation = deform_tip(name, law, Phi, bearing, asked)
     settled.deformation[:], settled.angles[:], settled.contact_force[:] = deformation, (Theta, Phi), wanted
     settled.law_force[:] = law(deformation, Phi, bearing)

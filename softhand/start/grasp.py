@@ -21,6 +21,7 @@ from softhand.start.finger import settle_finger
 from softhand.start.reach import initial_joints, millimetres
 from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
+from softhand.start.together import settle_together
 
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 
@@ -93,6 +94,7 @@ def solve_grasp(
         position: of the object frame in the world [m].
         rotation: axes of the object frame in the world, shape (3, 3).
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
+            With coupled joints these are of the motors, and points and object may be moved, see `settle_together`.
             Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
             it can, each joint measured by its range.
         known: laws that are compiled, to be quick.
@@ -101,7 +103,7 @@ def solve_grasp(
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
             torque beyond its limit, or a weight that the contacts cannot carry. Names the finger and the figure.
     """
-    position = np.asarray(position, dtype=float)
+    position, rotation = np.asarray(position, dtype=float), np.asarray(rotation, dtype=float)
     points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
     forces = contact_forces(world, points, position, rotation, internal_force)
     normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
@@ -115,10 +117,17 @@ def solve_grasp(
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
     code = _compiled_laws(fingertips, known or {})
-    for i, fingertip in enumerate(fingertips):
-        frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
-        settled = Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i])
-        settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled)
+    settled = [Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i]) for i in range(nc)]
+    if world.coupling is not None:
+        found = settle_together(
+            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled
+        )
+        angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
+        points = list(position + found.points @ rotation.T)
+    else:
+        for i, fingertip in enumerate(fingertips):
+            frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
+            settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled[i])
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()
@@ -129,7 +138,7 @@ def solve_grasp(
     memory[:, :3] = deformation[:, 1:]
     relaxations = (memory.shape[1] - 3) // 4
     memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
-    state = State(q, np.zeros(world.model.nv), memory)
+    state = State(q, np.zeros(world.nv), memory)
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
 

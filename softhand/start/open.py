@@ -18,6 +18,7 @@ from softhand.start.grasp import Grasp
 from softhand.start.reach import initial_joints, reach_point
 from softhand.start.rest import Rest, resting_pose
 from softhand.start.statics import check_torques
+from softhand.start.together import open_together
 
 _ROUNDS = 20  # in which the fingers follow the object, and the object the palms on their links
 _STILL = 1e-12  # [m], and of the rotation
@@ -37,7 +38,8 @@ def solve_open_start(
 
         p_F = p + (r + opening) n
 
-    The contact points must be in reach as well. The object is moved to where it rests, see `resting_pose`.
+    The contact points must be in reach as well. With coupled joints the tips stand as `open_together` puts them. The
+    object is moved to where it rests, see `resting_pose`.
 
     Args:
         world: hand and object.
@@ -59,8 +61,11 @@ def solve_open_start(
     pose = _rest(plant, arm, angles, about)
     for _ in range(_ROUNDS):
         angles[:] = guess
-        for i, (fingertip, point) in enumerate(zip(fingertips, contact_points, strict=True)):
-            _open_finger(arm, i, fingertip, point, opening, pose, angles, guess)
+        if world.coupling is not None:
+            open_together(arm, fingertips, contact_points, opening, pose.position, pose.rotation, angles)
+        else:
+            for i, (fingertip, point) in enumerate(zip(fingertips, contact_points, strict=True)):
+                _open_finger(arm, i, fingertip, point, opening, pose, angles, guess)
         last, pose = pose, _rest(plant, arm, angles, about)
         if max(np.max(np.abs(now - before)) for now, before in zip(pose[:2], last[:2], strict=True)) <= _STILL:
             break
@@ -76,7 +81,7 @@ def solve_open_start(
     world.set_object_pose(pose.position, pose.rotation, q)
     z = np.zeros((len(plant.contacts), plant.n_memory))
     z[nc:, :3] = pose.stored
-    state = State(q, np.zeros(world.model.nv), z)
+    state = State(q, np.zeros(world.nv), z)
     return Grasp(state, np.zeros((nc, 4)), np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros(nc))
 
 

@@ -131,7 +131,7 @@ class _Place:
         self._step = _STEP
         self._position, self._rotation = world.object_position(q).copy(), world.object_rotation(q)
         self._q, self._lever = q.copy(), inertia.lever
-        self._v, self._z = np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))
+        self._v, self._z = np.zeros(world.nv), np.zeros((len(plant.contacts), plant.n_memory))
         self._signs = np.array([_sign(support, world.object_joint) for support in plant.supports])
 
     def let_down(self) -> float:

@@ -13,7 +13,7 @@ class Flow:
     """y = (q, v, z) as one vector, quaternion included as four plain numbers."""
 
     def __init__(self, plant: Plant) -> None:
-        model = plant.world.model
+        model = plant.world
         self._plant = plant
         self._nq, self._nv, self._nc = model.nq, model.nv, len(plant.contacts)
         self._n_memory = plant.n_memory

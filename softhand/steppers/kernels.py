@@ -65,12 +65,12 @@ class Mechanics(NamedTuple):
     straight: NDArray[np.int64]
     """Addresses of straight code and of its words, see `KICK_DRIFT`; zeros where there is none, shape (rows, 2)."""
     branches: NDArray[np.int64]
-    """First and last joint of each branch of the tree, shape (branches, 2)."""
+    """First and last joint of each branch of the tree, none where joints are coupled, shape (branches, 2)."""
 
 
 def mechanics_of(plant: Plant, state: State, torque: Array) -> Mechanics:
     """Of a plant with compiled terms, and a state that stays where it is."""
-    nv, snapshot = plant.world.model.nv, plant.snapshot
+    nv, snapshot = plant.world.nv, plant.snapshot
     assert isinstance(snapshot, CompiledSnapshot)
     branches = branches_of(snapshot.tree)
     return Mechanics(
@@ -112,6 +112,8 @@ def _midpoint(m, step):
         start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, state)
     if not done(codes, KICK_DRIFT):  # type: ignore[call-arg]
         kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step, state)
+    if m.branches.shape[0] == 0:
+        rigid_terms(m.tree, state.q, m.kicks.ahead, m.terms)
     for k in range(m.branches.shape[0]):
         if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):
             branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, m.kicks.ahead, m.terms)

@@ -88,7 +88,7 @@ class Kicks(NamedTuple):
 
 def room_for_kicks(plant: Plant) -> Kicks:
     """All zero, which is how a step starts from its state alone."""
-    nv, nc = plant.world.model.nv, len(plant.contacts)
+    nv, nc = plant.world.nv, len(plant.contacts)
     w, middle, ahead, above, acceleration, held = np.zeros((6, nv))
     pull, rate = np.zeros((2, nc, 4))
     flags = np.zeros(3, np.int64)

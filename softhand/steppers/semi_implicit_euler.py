@@ -34,7 +34,7 @@ class _EulerIntegration(Integration):
     def __init__(self, plant: Plant, step: float) -> None:
         super().__init__(plant)
         self._plant, self._step = plant, step
-        self._dv = np.zeros(plant.world.model.nv)
+        self._dv = np.zeros(plant.world.nv)
 
     def advance(self, state: State, torque: NDArray[np.float64]) -> None:
         plant = self._plant

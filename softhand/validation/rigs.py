@@ -143,7 +143,7 @@ class Rig:
 
     def contact_forces(self) -> Array:
         """What the contacts do to each velocity at the last state, shape (nv,)."""
-        out = np.zeros(self.plant.world.model.nv)
+        out = np.zeros(self.plant.world.nv)
         for columns, jacobian, contact in zip(
             self.plant.columns, self.plant.contact_columns, self.plant.contacts, strict=True
         ):
@@ -192,9 +192,9 @@ def make_rig(
 ) -> Rig:
     """All at rest, joints at 0, with the box at a position [m], shape (3,), and turned, shape (3, 3)."""
     plant = Plant(world, fingertips, supports)
-    q = np.zeros(world.model.nq)
+    q = np.zeros(world.nq)
     world.set_object_pose(position, np.eye(3) if rotation is None else np.asarray(rotation, dtype=float), q)
-    return Rig(plant, State(q, np.zeros(world.model.nv), np.zeros((len(plant.contacts), plant.n_memory))))
+    return Rig(plant, State(q, np.zeros(world.nv), np.zeros((len(plant.contacts), plant.n_memory))))
 
 
 def tip(world: World, face: int, law: Law | None = None, friction: float = MU, **options: object) -> Fingertip:

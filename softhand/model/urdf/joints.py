@@ -1,4 +1,4 @@
-"""Joints one by one: type, axis, limits, mimic."""
+"""Joints one by one: type, axis, limits."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from softhand.model.urdf.document import Element
 from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import numbers_of
+from softhand.model.urdf.mimics import check_mimics
 from softhand.model.urdf.tree import MOVING, Joint, Tree
 
 NO_EFFORT = "no effort"
@@ -36,21 +37,21 @@ def check_types(root: Element, findings: Findings) -> None:
 
 
 def check_joints(tree: Tree, effort_counts: bool, findings: Findings) -> None:
-    """Axis, limits, mimic and place of each joint.
+    """Axis, limits and place of each joint, and what it follows.
 
     Args:
         tree: of the joints.
         effort_counts: whether torques are limited by the efforts.
         findings: added to.
     """
-    names = {joint.name for joint in tree.joints}
     _check_dynamics([joint.element.find("dynamics") for joint in tree.joints if joint.is_moving], findings)
     for joint in tree.joints:
         _check_distance(joint.element.find("origin"), findings)
         if joint.is_moving:
             _check_axis(joint, findings)
-            _check_limit(joint, effort_counts, findings)
-        _check_mimic(joint, names, findings)
+            is_led = joint.element.find("mimic") is not None
+            _check_limit(joint, effort_counts and not is_led, findings)
+    check_mimics(tree, findings)
 
 
 def check_place(joint: Element, findings: Findings) -> None:
@@ -152,20 +153,4 @@ def _check_dynamics(elements: list[ElementTree.Element | None], findings: Findin
         more = f", nor that of {len(found) - 1} more in this file" if len(found) > 1 else ""
         findings.warn(
             element, f'{name}="{element.get(name)}" is not used{more}: the joints of softhand run free.', name
-        )
-
-
-def _check_mimic(joint: Joint, names: set[str], findings: Findings) -> None:
-    mimic = joint.element.find("mimic")
-    other = "" if mimic is None else mimic.get("joint", "")
-    if not isinstance(mimic, Element) or not other:
-        return
-    if other not in names:
-        findings.error(mimic, f'joint="{other}": no joint is called so; there are: {", ".join(sorted(names))}.', other)
-    elif joint.is_moving:
-        findings.error(
-            mimic,
-            f'joint="{other}": coupled joints are not simulated; remove the <mimic>, and the joint has a torque of '
-            'its own, or make it type="fixed".',
-            other,
         )

@@ -34,6 +34,7 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         world.shape.semi_axes if isinstance(world.shape, Ellipsoid) else None,
         tuple(support.name for support in plant.supports),
         SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
+        world.coupling.table if world.coupling is not None else None,
     )
     weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
     tips, internal, supports = first.contact_force, first.internal_force, first.support_force

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.analysis.summary import summarize
+from softhand.collision.collisions import with_collisions
 from softhand.errors import RecordingError, SofthandError
 from softhand.plots.style import finger_color
 from softhand.recording.events import phases_of
@@ -117,7 +118,7 @@ def _text_of(recording: Recording) -> Data:
         "facts": [("simulated time", f"{recording.stop_time:g} s"), *summary.rows()],
         "notes": summary.warnings(),
         "phases": phases_of(recording),
-        "events": [asdict(event) for event in summary.events],
+        "events": [asdict(event) for event in with_collisions(recording, summary.events)],
         "end": float(recording.time[-1]),
         "scenario": recording.scenario,
         "version": recording.version,

@@ -7,14 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
+from softhand.assembly.plant import read_coupling
 from softhand.errors import ScenarioError
+from softhand.model.coupling import CouplingTable
 from softhand.model.urdf.examination import Role
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
 from softhand.recording.recorded import RecordedScenario, scenario_of
 from softhand.recording.recording import Recording
+from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
+from softhand.settings.settings import read_settings
 from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import Update
 from softhand.viewer.scene.moment import Past
@@ -43,6 +47,7 @@ class RecordedScene(Scene):
 
     Raises:
         RecordingError: the recording lacks what a picture needs.
+        ScenarioError: the coupling of the joints in its scenario cannot be read.
     """
 
     def __init__(
@@ -81,7 +86,14 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
         scenario.vector("object", "ellipsoid"),
         recording.labels.get("support", ()),
         slip_hold if _can_slip(recording, scenario) else None,
+        _coupling_of(scenario),
     )
+
+
+def _coupling_of(scenario: RecordedScenario) -> CouplingTable | None:
+    """The motors of coupled joints, as far as the scenario and not the URDF of the hand has them."""
+    table = scenario.at("hand", "coupling")
+    return None if table is None else read_coupling(read_settings(CouplingSection, table, "hand.coupling"))
 
 
 def _can_slip(recording: Recording, scenario: RecordedScenario) -> bool:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand.contact.pairs import contact_pairs
+from softhand.model.coupling import CouplingTable
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
@@ -56,6 +57,7 @@ class Cast:
         ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
         supports: names of the supports.
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
+        coupling: of the hand's joints to motors, beside what its URDF says.
         stiffness: how the object gives way, from which time on.
     """
 
@@ -68,6 +70,7 @@ class Cast:
     ellipsoid: tuple[float, ...] | None = None
     supports: tuple[str, ...] = ()
     slip_hold: float | None = None
+    coupling: CouplingTable | None = None
     stiffness: tuple[Ellipsoids, ...] = ()
 
 
@@ -90,7 +93,7 @@ class Scene:
     def __init__(self, cast: Cast, scales: Scales) -> None:
         self._upright = upright(cast.gravity)
         self.tips, self.has_gravity = cast.tips, any(cast.gravity)
-        self.skeleton = Skeleton(cast.hand)
+        self.skeleton = Skeleton(cast.hand, cast.coupling)
         self.unread: list[str] = []
         self._parts = self._make_parts(cast, scales)
         self.items: list[Item] = [item for part in self._parts for item in part.items]

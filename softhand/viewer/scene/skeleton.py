@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from softhand.model.coupling import CouplingTable, read_map
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
@@ -17,13 +18,16 @@ class Skeleton:
         model: the Pinocchio model of the hand alone.
     """
 
-    def __init__(self, hand: Urdf) -> None:
+    def __init__(self, hand: Urdf, table: CouplingTable | None = None) -> None:
         self.model = build_model(hand)
+        self._map = read_map(hand, self.model, table)
         self._data = self.model.createData()
         self._q = pin.neutral(self.model)
 
     def move(self, angles: Array) -> None:
-        """Put the joints at these angles [rad or m], shape (n,)."""
+        """Put the joints, or the motors of coupled ones, at these angles [rad or m], shape (n,)."""
+        if self._map is not None:
+            angles = self._map.joint_positions(angles)
         for joint in list(self.model.joints)[1:]:
             angle = angles[joint.idx_v]
             self._q[joint.idx_q : joint.idx_q + joint.nq] = (np.cos(angle), np.sin(angle)) if joint.nq == 2 else angle

@@ -1,0 +1,1 @@
+"""Collisions that a run passes over: links with the object, the table, palms and other links, from collision shapes."""
