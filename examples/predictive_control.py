@@ -8,7 +8,6 @@ Example: OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python examples/predictive_con
 """
 
 import argparse
-import sys
 import time
 
 import clarabel
@@ -158,7 +157,7 @@ def told(found):
     return "lost".ljust(36) if found is None else "{:6.3f} mm, use {:5.3f}, slip {:6.3f} mm ".format(*found)
 
 
-def main(arguments=()):
+def main(arguments=None):
     """Return the outcomes of both controllers, and time and processor time of each answer [s]."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets", type=int, default=5, help="how many (%(default)s)")
@@ -187,4 +186,4 @@ def main(arguments=()):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
