@@ -242,7 +242,7 @@ def test_rounding_and_rate_limits_are_told_as_left_out(tmp_path) -> None:
 
 
 def test_margins_are_those_of_the_built_loop() -> None:
-    """What a lag leaves of the delay, in quarters of the controller's period: the last below dies out, the next grows."""
+    """What a lag leaves of the delay, in quarters of a period: the last below dies out, the next grows."""
     values = {"control_period": 2.5e-4, "controller.period": 1e-3, "stepper.step": 2.5e-4, "actuation.lag": 1e-3}
     place = find_place(load_scenario("hold", values))
     loop = close_loop(place)
