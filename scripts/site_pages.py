@@ -41,7 +41,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "analysis": (
         "Analysis",
         "What a run, a loop or a measurement tells.",
-        ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearization", "ClosedLoop",
+        ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearizer", "Linearization", "ClosedLoop",
          "gradient", "Gradient", "QuadraticCost", "FunctionCost",
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
          "design_lqr", "LqrDesign", "design_gains", "GainDesign",

@@ -47,6 +47,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
+    from softhand.derivatives.linearizer import Linearizer as Linearizer
     from softhand.design.gains import GainDesign as GainDesign
     from softhand.design.gains import design_gains as design_gains
     from softhand.design.lqr import LqrDesign as LqrDesign
@@ -148,6 +149,7 @@ _HOMES = {
     "derivatives.gradient": ("Gradient", "gradient"),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
     "derivatives.linearize": ("linearize",),
+    "derivatives.linearizer": ("Linearizer",),
     "errors": (
         "BrowserError",
         "ControllerError",

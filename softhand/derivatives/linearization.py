@@ -66,7 +66,8 @@ class Linearization(Record):
     """One control period beside a state: x' = A x + B u + E p, y = C x + D u + F p.
 
     x, u and p are displacements from that state, its torques and the parameters, x' that from where the period ends, y
-    that of what is recorded where it begins.
+    that of what is recorded where it begins. From the state itself x' is drift + A x + B u + E p, but for the turn of
+    the object's axes within the period.
 
     Attributes:
         time: of the state [s].
@@ -77,6 +78,8 @@ class Linearization(Record):
         C: shape (y, s).
         D: shape (y, n).
         F: shape (y, p).
+        drift: where the period ends that nothing moves, from the state, in the coordinates of x, shape (s,).
+        output: y itself there, in place of a displacement, shape (y,).
         states: names of x: joints, object along and about its own axes, their rates, then what each contact stores.
         inputs: names of u, the joints.
         parameters: names of p.
@@ -89,7 +92,7 @@ class Linearization(Record):
         closed: the same with the controller; None if it was not asked for.
     """
 
-    units: ClassVar = {"time": "s", "period": "s", **dict.fromkeys("ABECDF", _BY)}
+    units: ClassVar = {"time": "s", "period": "s", **dict.fromkeys([*"ABECDF", "drift", "output"], _BY)}
 
     time: float
     period: float
@@ -99,6 +102,8 @@ class Linearization(Record):
     C: Array
     D: Array
     F: Array
+    drift: Array
+    output: Array
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     parameters: tuple[str, ...]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,8 +16,9 @@ from softhand.assembly.instruments import left_out
 from softhand.batch.run import KINDS
 from softhand.closed_loop.feedback import follow
 from softhand.controllers.controller import Controller
-from softhand.derivatives.differences import Slopes, slopes
+from softhand.derivatives.differences import Function, Slopes, slopes
 from softhand.derivatives.linearization import ClosedLoop, Linearization, Switch
+from softhand.derivatives.looking import Looks
 from softhand.derivatives.model import PeriodModel, beyond
 from softhand.derivatives.observer import Observer, output_names
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
@@ -111,9 +113,8 @@ def linearize_at(
     at: Situation, parameters: Iterable[str] = (), outputs: Iterable[str] = (), closed: bool = False
 ) -> Linearization:
     """As `linearize`, where the place is known already."""
-    keep, names = _kept(outputs, at), [parameters] if isinstance(parameters, str) else list(parameters)
-    chosen = find_parameters(at.setup.scenario, at.plant.world, names) if names else []
-    return _Work(at, keep, closed).linearization(chosen)
+    work = Work(at, outputs, closed)
+    return work.linearization(work.found(parameters))
 
 
 class _Blocks(NamedTuple):
@@ -127,38 +128,55 @@ class _Blocks(NamedTuple):
     """Command, and memory after it."""
 
 
-class _Work:
-    """One linearization at work."""
+class Work:
+    """Linearizations of one plant and controller at work.
 
-    def __init__(self, at: Situation, keep: Keep, closed: bool) -> None:
-        self.at, self.keep, self.closed = at, keep, closed
-        self.n, self.slides = at.plant.world.n_joints, at.slides
-        self.period = at.period
+    Args:
+        at: where, and of what.
+        outputs: as `linearize`.
+        closed: likewise.
+    """
+
+    def __init__(self, at: Situation, outputs: Iterable[str], closed: bool) -> None:
+        self.at, self.keep, self.closed = at, _kept(outputs, at), closed
+        self.n, self.slides, self.period = at.plant.world.n_joints, at.slides, at.period
         self.switches: list[Switch] = []
         self.model = self._model(at.plant, straight=True)
+        self.states = state_entries(at.plant, self.slides, self.model.remembered, self.period)
+        self.rows = self._rows()
         self.observer = self._observer(Varied(at.plant, at.probe, at.setup.controller))
+        self._look: Function = self.observer.at if closed else Looks(self.model, at.probe, self.keep).at
+
+    def found(self, parameters: Iterable[str]) -> list[Parameter | str]:
+        """The parameters of these names."""
+        names = [parameters] if isinstance(parameters, str) else list(parameters)
+        return find_parameters(self.at.setup.scenario, self.at.plant.world, names) if names else []
+
+    def move(self, state: State, torque: Array) -> None:
+        """On to another state, without a controller."""
+        self.at, self.switches = replace(self.at, state=state, torque=torque), []
+        self.model.put(state, torque)
+        self.at.probe.reference.update(state.time)
+
+    def linearization(self, chosen: list[Parameter | str]) -> Linearization:
+        """All that is asked for, here."""
         self.base, here = self.model.ends(np.array([-1]), np.zeros(1))
         if not np.all(np.isfinite(self.base)):
             raise SimulationStopped(
-                f"the control period that begins at t = {at.state.time:g} s does not come to its end: the state behind "
-                "it is no number; choose another sample, or a shorter stepper.step.",
-                reason="diverged", time=at.state.time,
+                f"the control period that begins at t = {self.at.state.time:g} s does not come to its end: the state "
+                "behind it is no number; choose another sample, or a shorter stepper.step.",
+                reason="diverged", time=self.at.state.time,
             )  # fmt: skip
-        self.states = state_entries(at.plant, self.slides, self.model.remembered, self.period)
-        self.inputs = input_entries(at.plant, self.slides, self.model.inertias(), self.period)
-        self._here = here[0].reshape(-1, len(at.plant.contacts))
-
-    def linearization(self, chosen: list[Parameter | str]) -> Linearization:
-        """All that is asked for."""
+        self.inputs = input_entries(self.at.plant, self.slides, self.model.inertias(), self.period)
+        self._here = here[0].reshape(-1, len(self.at.plant.contacts))
         s, n, states = len(self.states.names), self.n, self.states
         with_wrench = WRENCH in chosen
         steps = np.concatenate([states.steps, self.inputs.steps[: n + 6 if with_wrench else n]])
         ends = self._flagged(slopes(partial(self._end, self.model), steps)).columns
         A, B, by_wrench = ends[:, :s], ends[:, s : s + n], ends[:, s + n :]
-        seen = self._seen(s) if self.keep.variables or self.closed else np.zeros((0, s))
+        value, seen = self._seen() if self.keep.variables or self.closed else (np.zeros(0), np.zeros((0, s)))
         y = len(seen) - self._answers
-        C, rows = seen[:y], self._rows()
-        D = self._through(rows)
+        C, D = seen[:y], self._through()
         by = [self._by(one, by_wrench, y) for one in chosen]
         E, F, said = (
             np.hstack([np.zeros((size, 0)), *(blocks[k] for blocks in by)])
@@ -167,10 +185,15 @@ class _Work:
         loop = self._loop(A, B, E, C, D, F, seen[y:], said) if self.closed else None
         names, units = _told(chosen)
         return Linearization(
-            float(self.at.state.time), self.period, A, B, E, C, D, F, states.names, self.inputs.names, names,
-            tuple(label for _, label, _ in rows), states.units, self.inputs.units, units,
-            tuple(unit for _, _, unit in rows), tuple(dict.fromkeys(self.switches)), loop,
+            float(self.at.state.time), self.period, A, B, E, C, D, F, self._drift(), value[:y], states.names,
+            self.inputs.names, names, tuple(label for _, label, _ in self.rows), states.units, self.inputs.units, units,
+            tuple(unit for _, _, unit in self.rows), tuple(dict.fromkeys(self.switches)), loop,
         )  # fmt: skip
+
+    def _drift(self) -> Array:
+        state = self.at.state
+        begin = np.concatenate([state.q, state.v, state.z[tuple(self.model.remembered.T)]])
+        return beyond(self.at.plant, self.base, begin)[0]
 
     def _model(self, plant: Plant, straight: bool) -> PeriodModel:
         at, stepper = self.at, self.at.setup.stepper
@@ -201,9 +224,10 @@ class _Work:
         ends, sides = model.ends(index, amount, shares)
         return beyond(model.plant, ends, self.base[0]), sides
 
-    def _seen(self, s: int) -> Array:
-        """y, command and memory by x."""
-        return self._flagged(slopes(self.observer.at, self.states.steps[:s])).columns
+    def _seen(self) -> tuple[Array, Array]:
+        """y, command and memory, and the same by x."""
+        value, _ = self._look(np.array([-1]), np.zeros(1), np.zeros(1))
+        return value[0], self._flagged(slopes(self._look, self.states.steps)).columns
 
     def _flagged(self, found: Slopes) -> Slopes:
         """Names the switches that were met."""
@@ -224,10 +248,10 @@ class _Work:
         names = frozenset(name for name, slides in zip(world.joint_names, slides_of(world), strict=True) if slides)
         return output_names(self.at.probe, self.keep.variables, names | slides_in(world.hand_text))
 
-    def _through(self, rows: list[tuple[str, str, str]]) -> Array:
+    def _through(self) -> Array:
         """D: the torques themselves are the only outputs that they change at once."""
-        D = np.zeros((len(rows), self.n))
-        places = [k for k, (name, _, _) in enumerate(rows) if name == "joint_torque"]
+        D = np.zeros((len(self.rows), self.n))
+        places = [k for k, (name, _, _) in enumerate(self.rows) if name == "joint_torque"]
         D[places] = np.eye(self.n)[: len(places)]
         return D
 

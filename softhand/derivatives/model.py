@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 from softhand.closed_loop.linearize import is_memory
 from softhand.derivatives.period import Moves, run_moves
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
-from softhand.numerics.addressed import addressed
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.layouts import Layouts
+from softhand.numerics.spatial import cross_matrix
+from softhand.numerics.straight import put
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.simulation.pushes import Push, PushTable, push_table
 from softhand.steppers.kernels import MIDPOINT, mechanics_of
 from softhand.steppers.stepper import Stepper
-from softhand.steppers.straight_steps import straight_steps
+from softhand.steppers.straight_steps import straight_start, straight_steps
 
-_ROOM = 512
+ROOM = 512
 """Periods in one call."""
 
 
@@ -31,6 +33,10 @@ class PeriodModel:
         plant: with compiled terms.
         remembered: row and column of the numbers of z that belong to x, shape (nz, 2).
         n_states: numbers of x.
+        mechanics: what a step works with.
+        moves: where the periods begin and end.
+        count: how many there are, shape (1,).
+        layouts: of all arrays.
 
     Args:
         plant: as the attribute.
@@ -56,15 +62,15 @@ class PeriodModel:
         self.remembered = remembered_in(plant)
         nq, nv, n = plant.world.nq, plant.world.nv, plant.world.n_joints
         self.n_states = 2 * nv + len(self.remembered)
-        self._mechanics = mechanics_of(plant, state.copy(), np.zeros(n))
+        self.mechanics = mechanics_of(plant, state.copy(), np.zeros(n))
         live = plant.contacts.view(np.int64)
         live[:] = 0
-        self._count = np.zeros(1, np.int64)
-        self._moves = Moves(
+        self.count = np.zeros(1, np.int64)
+        self.moves = Moves(
             kind=stepper[1],
             step=stepper[0].step,
             steps=steps,
-            time=float(state.time),
+            time=np.array([state.time], dtype=float),
             base=state.copy().arrays,
             torque=np.array(torque, dtype=float),
             contacts=live.copy(),
@@ -72,16 +78,24 @@ class PeriodModel:
             remembered=self.remembered,
             along=np.zeros(nv),
             pushes=_with_wrench(plant, pushes),
-            entry=np.full(_ROOM, -1, np.int64),
-            amount=np.zeros(_ROOM),
-            ends=np.zeros((_ROOM, nq + nv + len(self.remembered))),
-            sides=np.zeros((_ROOM, 1 + steps, len(plant.contacts)), np.int64),
+            start=np.zeros((1, 2), np.int64),
+            entry=np.full(ROOM, -1, np.int64),
+            amount=np.zeros(ROOM),
+            ends=np.zeros((ROOM, nq + nv + len(self.remembered))),
+            sides=np.zeros((ROOM, 1 + steps, len(plant.contacts)), np.int64),
         )
-        layouts = Layouts()
-        self._codes = (
-            straight_steps(self._mechanics, stepper[0].step, layouts) if straight and stepper[1] == MIDPOINT else []
-        )
-        self._run = addressed(run_moves, self._mechanics, self._moves, self._count, layouts=layouts)
+        self.layouts = layouts = Layouts()
+        self._codes: list[Addressed | None] = []
+        if straight and stepper[1] == MIDPOINT:
+            self._codes += straight_steps(self.mechanics, stepper[0].step, layouts)
+            self._codes.append(put(straight_start(self.mechanics, stepper[0].step, layouts), self.moves.start[0]))
+        self._run = addressed(run_moves, self.mechanics, self.moves, self.count, layouts=layouts)
+
+    def put(self, state: State, torque: Array) -> None:
+        """Beside another state, at its time, with other torques."""
+        base = self.moves.base
+        base.q[:], base.v[:], base.z[:] = state.q, state.v, state.z
+        self.moves.time[0], self.moves.torque[:] = state.time, torque
 
     def ends(
         self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
@@ -96,30 +110,57 @@ class PeriodModel:
         Returns:
             q, v and z, shape (k, nq + nv + nz), and bits, shape (k, (1 + steps) nc).
         """
+        return self.rows(self._run, self.moves.ends, self.moves.sides, index, amount, shares)
+
+    def rows(
+        self,
+        run: Addressed,
+        values: Array,
+        sides: NDArray[np.int64],
+        index: NDArray[np.int64],
+        amount: Array,
+        shares: Array | None,
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """What a compiled loop over the moves writes, as `ends`.
+
+        Args:
+            run: the loop.
+            values: where it writes, a row a move.
+            sides: likewise.
+            index: as in `ends`, like all that follow.
+            amount: likewise.
+            shares: likewise.
+        """
         if shares is not None and np.any(shares != 0.0):
-            return self._after_letting_go(index, amount, shares)
-        found, sides = [], []
-        for first in range(0, len(index), _ROOM):
-            count = min(_ROOM, len(index) - first)
-            self._moves.entry[:count] = index[first : first + count]
-            self._moves.amount[:count] = amount[first : first + count]
-            self._count[0] = count
-            self._run()
-            found.append(self._moves.ends[:count].copy())
-            sides.append(self._moves.sides[:count].reshape(count, -1).copy())
-        return np.concatenate(found), np.concatenate(sides)
+            return self._after_letting_go(run, values, sides, index, amount, shares)
+        found, seen = [], []
+        for first in range(0, len(index), ROOM):
+            count = min(ROOM, len(index) - first)
+            self.moves.entry[:count] = index[first : first + count]
+            self.moves.amount[:count] = amount[first : first + count]
+            self.count[0] = count
+            run()
+            found.append(values[:count].copy())
+            seen.append(sides[:count].reshape(count, -1).copy())
+        return np.concatenate(found), np.concatenate(seen)
 
     def _after_letting_go(
-        self, index: NDArray[np.int64], amount: Array, shares: Array
+        self,
+        run: Addressed,
+        values: Array,
+        sides: NDArray[np.int64],
+        index: NDArray[np.int64],
+        amount: Array,
+        shares: Array,
     ) -> tuple[Array, NDArray[np.int64]]:
         """One by one, each from a z of its own."""
-        z = self._moves.base.z
+        z = self.moves.base.z
         held, found = z.copy(), []
         for k, share in enumerate(shares):
             z[:] = less_shear(self.plant, held, share)
-            found.append(self.ends(index[k : k + 1], amount[k : k + 1]))
+            found.append(self.rows(run, values, sides, index[k : k + 1], amount[k : k + 1], None))
         z[:] = held
-        return np.concatenate([ends for ends, _ in found]), np.concatenate([sides for _, sides in found])
+        return np.concatenate([rows for rows, _ in found]), np.concatenate([seen for _, seen in found])
 
     def inertias(self) -> Array:
         """Diagonal of the mass matrix where the last period ended, shape (nv,)."""
@@ -168,10 +209,11 @@ def beyond(plant: Plant, ends: Array, base: Array) -> Array:
 def _pose_beyond(poses: Array, base: Array) -> Array:
     """R^T (p - p_base) and the rotation vector of R_base^T R."""
     r, w = base[3:6], base[6]
+    by_r = cross_matrix(r)  # a x r = a [r]x for rows a
     moved = poses[:, :3] - base[:3]
-    t = 2.0 * np.cross(moved, r)  # of the inverse rotation: r -> -r
-    translation = moved + w * t + np.cross(t, r)
-    vector = w * poses[:, 3:6] - poses[:, 6:7] * r - np.cross(r, poses[:, 3:6])
+    t = 2.0 * moved @ by_r  # of the inverse rotation: r -> -r
+    translation = moved + w * t + t @ by_r
+    vector = w * poses[:, 3:6] - poses[:, 6:7] * r + poses[:, 3:6] @ by_r
     scalar = w * poses[:, 6] + poses[:, 3:6] @ r
     length = np.linalg.norm(vector, axis=1)
     angle = 2.0 * np.arctan2(length, np.abs(scalar)) * np.where(scalar < 0.0, -1.0, 1.0)

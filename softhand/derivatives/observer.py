@@ -15,8 +15,10 @@ from softhand.derivatives.model import less_shear
 from softhand.derivatives.period import FEATURE, SLIPS, TOUCHES
 from softhand.model.configuration import integrate
 from softhand.numerics.arrays import Array
+from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.variables import COMPONENTS, VARIABLES
+from softhand.sensing.fields import Sizes
 from softhand.sensing.observation import Observation
 from softhand.simulation.keep import Keep
 from softhand.simulation.samples import labels_of
@@ -80,7 +82,7 @@ class Observer:
                 values[j - s] += h
                 memory = rebuilt(memory, iter(values))
             answers.append(self._answer(moved, memory))
-        y = self._outputs(np.array(rows))
+        y = outputs_of(self._keep, np.array(rows), self._sizes, self._probe.plant)
         return np.hstack([y, np.array(answers)]), np.array(sides, dtype=np.int64)
 
     def _row(self, observation: Observation) -> Array:
@@ -95,10 +97,12 @@ class Observer:
         torque, after = self._controller.torque(self._probe.seen(state, self._state.time), memory)
         return np.concatenate([np.asarray(torque, dtype=float), *numbers_of(after)])
 
-    def _outputs(self, rows: Array) -> Array:
-        found = self._keep.variables_of(rows, self._sizes, self._probe.plant)
-        parts = [np.asarray(found[name], dtype=float).reshape(len(rows), -1) for name in self._keep.variables]
-        return np.hstack([np.zeros((len(rows), 0)), *parts])
+
+def outputs_of(keep: Keep, rows: Array, sizes: Sizes, plant: Plant) -> Array:
+    """The variables that are kept, one behind the other, from rows of the compiled loop, shape (rows, y)."""
+    found = keep.variables_of(rows, sizes, plant)
+    parts = [np.asarray(found[name], dtype=float).reshape(len(rows), -1) for name in keep.variables]
+    return np.hstack([np.zeros((len(rows), 0)), *parts])
 
 
 def output_names(probe: Probe, names: Sequence[str], slides: frozenset[str]) -> list[tuple[str, str, str]]:

@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.contact.address import done
 from softhand.model.configuration import integrate
-from softhand.model.rigid import rigid_poses, rigid_terms
+from softhand.model.rigid import branch_terms, rigid_poses, rigid_terms
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.plant.state import StateArrays
 from softhand.simulation.pushes import PushTable, add_pushes
-from softhand.steppers.kernels import MIDPOINT, advance, settle
+from softhand.steppers.kernels import CONTACTS, MIDPOINT, advance, settle
 from softhand.steppers.midpoint import start_step
 
 TOUCHES, SLIPS, MOVED, FEATURE = 1, 2, 4, 8
@@ -31,8 +32,8 @@ class Moves(NamedTuple):
     """[s]"""
     steps: int
     """In a period."""
-    time: float
-    """At which it begins [s]."""
+    time: Array
+    """At which it begins [s], shape (1,)."""
     base: StateArrays
     """Where it begins unmoved."""
     torque: Array
@@ -47,6 +48,8 @@ class Moves(NamedTuple):
     """Room for a displacement, shape (nv,)."""
     pushes: PushTable
     """From outside; the last row is the wrench that belongs to p."""
+    start: NDArray[np.int64]
+    """Addresses of straight code for `start_step` and of its words, or zeros, shape (1, 2)."""
     entry: NDArray[np.int64]
     """Which entry of (q, v, z, u, wrench) each period begins beside; -1 for none, shape (moves,)."""
     amount: Array
@@ -68,10 +71,9 @@ def run_moves(mechanics, moves, count):
     """
     m, state = mechanics, mechanics.state
     for i in range(count[0]):
-        _begin(m, moves, moves.entry[i], moves.amount[i])
+        begin(m, moves, moves.entry[i], moves.amount[i])
         if moves.kind == MIDPOINT:
-            rigid_terms(m.tree, state.q, state.v, m.terms)
-            start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, moves.step, state)
+            _start(m, moves)
         else:
             settle(m, moves.step * 0.0)
             rigid_poses(m.tree, state.q, m.terms)
@@ -82,14 +84,14 @@ def run_moves(mechanics, moves, count):
                 rigid_poses(m.tree, state.q, m.terms)
             for j in range(m.external.shape[0]):
                 m.external[j] = 0.0
-            add_pushes(moves.pushes, moves.time + k * moves.step, m.terms.poses, m.terms.J, m.external)
+            add_pushes(moves.pushes, moves.time[0] + k * moves.step, m.terms.poses, m.terms.J, m.external)
             advance(moves.kind, m, moves.step)
             _note_sides(m, moves.sides[i, 1 + k])
         _end(m, moves, moves.ends[i])
 
 
 @compiled
-def _begin(m, moves, index, amount):
+def begin(m, moves, index, amount):
     """Everything as it is at the begin, then one entry moved."""
     base, state = moves.base, m.state
     nv, nz, n = state.v.shape[0], moves.remembered.shape[0], m.torque.shape[0]
@@ -126,6 +128,21 @@ def _begin(m, moves, index, amount):
         last.force[index - 2 * nv - nz - n] = amount
     else:
         last.moment[index - 2 * nv - nz - n - 3] = amount
+
+
+@compiled
+def _start(m, moves):
+    """`rigid_terms` and `start_step`, as straight code where there is some."""
+    state, ahead = m.state, m.kicks.ahead
+    for k in range(ahead.shape[0]):
+        ahead[k] = state.v[k]
+    if m.branches.shape[0] == 0:
+        rigid_terms(m.tree, state.q, ahead, m.terms)
+    for k in range(m.branches.shape[0]):
+        if not done(m.straight, CONTACTS + m.touch.contacts.shape[0] + k):  # type: ignore[call-arg]
+            branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, ahead, m.terms)
+    if not done(moves.start, 0):  # type: ignore[call-arg]
+        start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, moves.step, state)
 
 
 @compiled

@@ -103,10 +103,10 @@ def find_situation(
         found = _of_recording(source, setup, sample)
     else:
         setup = resolve(as_scenario(source, overrides, **values), controller, law)
-        found = _of_scenario(setup, sample) if state is None else _at(setup, _checked(setup, state))
+        found = _of_scenario(setup, sample) if state is None else _at(setup, state)
     if state is not None and isinstance(source, Recording):
-        found = _at(setup, _checked(setup, state))
-    return replace(found, law=law, torque=found.torque if torque is None else _torque(torque, found))
+        found = _at(setup, state)
+    return replace(found, law=law, torque=found.torque if torque is None else checked_torque(torque, len(found.torque)))
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:
@@ -117,6 +117,7 @@ def _empty(setup: Setup) -> tuple[Plant, Probe]:
 def _at(setup: Setup, state: State) -> Situation:
     """A state given: the controller goes on with the memory that is in it, or begins there."""
     plant, probe = _empty(setup)
+    state = checked_state(plant, state)
     carried = state.carried
     if carried is not None and carried.loop["has_memory"][0]:
         return _speaking(setup, plant, probe, state, carried.memory)
@@ -194,9 +195,8 @@ def _place(sample: Any, count: int, where: str) -> int:
     return int(sample) % count
 
 
-def _checked(setup: Setup, state: State) -> State:
+def checked_state(plant: Plant, state: State) -> State:
     """A state of this plant; z may have the rows of the tips alone, as that of a grasp."""
-    plant, _ = _empty(setup)
     if state.z.shape[0] == plant.world.n_tips and plant.supports:
         state = replace(plant.with_supports(state), time=state.time)
     model = plant.world
@@ -217,11 +217,12 @@ def _misfit(name: str, value: Any, why: str) -> ScenarioError:
     return ScenarioError(f"state.{name}: {why}.", key=f"state.{name}", value=value)
 
 
-def _torque(torque: Any, found: Situation) -> Array:
+def checked_torque(torque: Any, n: int) -> Array:
+    """A number for each of n joints [N m, N]."""
     numbers = as_numbers(torque)
-    if numbers is None or numbers.shape != found.torque.shape or not np.all(np.isfinite(numbers)):
+    if numbers is None or numbers.shape != (n,) or not np.all(np.isfinite(numbers)):
         raise ScenarioError(
-            f"torque: got {torque!r}; the hand has {len(found.torque)} joints, give a finite number for each.",
+            f"torque: got {torque!r}; the hand has {n} joints, give a finite number for each.",
             key="torque", value=torque,
         )  # fmt: skip
     return numbers

@@ -7,7 +7,7 @@ from softhand.numerics.addressed import Addressed
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, pattern_of, put, straight
 from softhand.steppers.kernels import BEGIN, CONTACTS, KICK, KICK_DRIFT, Mechanics
-from softhand.steppers.midpoint import begin_kick, kick, kick_drift, meet_contact
+from softhand.steppers.midpoint import begin_kick, kick, kick_drift, meet_contact, start_step
 
 
 def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addressed | None]:
@@ -38,6 +38,13 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
     found = [(row, code) for row, (code,) in whole.items()]
     found += enumerate([*each, *straight(branch_terms, branches, tree, layouts)], CONTACTS)
     return [put(code, m.straight[row]) for row, code in found]
+
+
+def straight_start(m: Mechanics, step: float, layouts: Layouts) -> Addressed | None:
+    """Straight code for what the first step from a state does before; args as those of `straight_steps`."""
+    tables = m.joints, m.touch.pads, m.touch.columns, m.envelope
+    arguments = m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
+    return straight(start_step, [arguments], Fixed(tables, tables), layouts)[0]
 
 
 def _rows_alike(m: Mechanics) -> list[list[int]]:

@@ -1,0 +1,94 @@
+"""What is observed at states beside one another, in one compiled call: the sensor that exists, without Python."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand.assembly.probe import Probe
+from softhand.batch.loop import Senses
+from softhand.derivatives.model import ROOM, PeriodModel
+from softhand.derivatives.observer import outputs_of
+from softhand.derivatives.period import FEATURE, SLIPS, TOUCHES, begin
+from softhand.model.rigid import rigid_poses
+from softhand.numerics.addressed import addressed
+from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
+from softhand.sensing.groups import parts_of
+from softhand.sensing.sensor import Sensor, Wanted, observe
+from softhand.simulation.keep import Keep
+
+
+class Looks:
+    """Outputs y as functions of x, beside the state of a `PeriodModel`.
+
+    Args:
+        model: whose plant is observed.
+        probe: has what is asked for, at the time of the state.
+        keep: which variables y is made of.
+    """
+
+    def __init__(self, model: PeriodModel, probe: Probe, keep: Keep) -> None:
+        self._model, self._keep = model, keep
+        sensor = Sensor(model.plant, probe.reference.desired)
+        self._sizes = sensor.observation.known.sizes
+        segments = keep.segments(self._sizes)
+        self._rows = np.zeros((ROOM, keep.width(self._sizes, len(model.moves.along))))
+        self._sides = np.zeros((ROOM, len(model.plant.contacts)), np.int64)
+        senses = Senses(sensor.body, Wanted.of(probe.reference.desired), sensor.groups)
+        self._run = addressed(
+            run_looks, model.mechanics, model.moves, model.count, senses, parts_of(keep.fields), segments, sensor.block,
+            self._rows, self._sides, layouts=model.layouts,
+        )  # fmt: skip
+
+    def at(
+        self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """y with one entry of x moved, and sides, as a `differences.Function`."""
+        rows, sides = self._model.rows(self._run, self._rows, self._sides, index, amount, shares)
+        return outputs_of(self._keep, rows, self._sizes, self._model.plant), sides
+
+
+@compiled
+def run_looks(mechanics, moves, count, senses, parts, segments, block, rows, sides):
+    """What is kept of an observation at the begin of each of the first `count` moves.
+
+    Args:
+        mechanics: `kernels.Mechanics`.
+        moves: `Moves`.
+        count: shape (1,).
+        senses: `loop.Senses`.
+        parts: of an observation that are needed, see `groups.parts_of`.
+        segments: see `Keep.segments`.
+        block: of the observation.
+        rows: set, as those of the compiled loop.
+        sides: set, as `Moves.sides` at the begin; a contact beyond the limit of friction slips at once.
+    """
+    m = mechanics
+    for i in range(count[0]):
+        begin(m, moves, moves.entry[i], moves.amount[i])
+        rigid_poses(m.tree, m.state.q, m.terms)
+        observe(senses.body, m.touch, m.terms, senses.wanted, m.state, m.at, senses.groups, parts, False)
+        end = 1
+        for s in range(segments.shape[0]):
+            for k in range(segments[s, 1]):
+                rows[i, end + k] = block[segments[s, 0] + k]
+            end += segments[s, 1]
+        for k in range(m.torque.shape[0]):
+            rows[i, end + k] = m.torque[k]
+        _note_slips(m, sides[i])
+
+
+@compiled
+def _note_slips(m, sides):
+    for i in range(sides.shape[0]):
+        pad, contact = m.touch.pads[i], m.touch.contacts[i]
+        touches = contact.is_idle == 0 if pad.is_support else contact.deformation[0] > 0.0
+        slips = False
+        for k in range(contact.slip.shape[0]):
+            slips |= contact.slip[k] != 0.0
+        for k in range(contact.slip_rate.shape[0]):
+            slips |= contact.slip_rate[k] != 0.0
+        sides[i] = 0
+        if touches:
+            sides[i] = TOUCHES + FEATURE * contact.feature + (SLIPS if slips and pad.can_slip > 0 else 0)
