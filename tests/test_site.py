@@ -29,6 +29,7 @@ PRINTED = {
     "own_controller": "finished: 8 of 8 | compiled: True",
     "own_hand": r"lifted by 15\.\d+ mm",
     "own_law": r"finger_1_tip presses with \d\.\d\d N and is 2\.25 mm deep",
+    "ten_minutes": r"rim 6\.4\d+\n(.*\n)*finished after 600 s.*\nfinished after 600 s",
     "stable_loop": r"K_N = 1\.5: \+5\.24 1/s\n(.*\n)*growth -1\.9",
 }
 """A line that each tutorial prints."""
