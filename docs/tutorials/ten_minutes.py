@@ -56,7 +56,7 @@ feedback = {"controller": {"name": "state-feedback", "gain_file": "gains.toml"}}
 
 # %%
 runs = softhand.rollout(held, [gains, feedback], every=1.0)
-for outcome, position in zip(runs.outcomes, runs.object_position):
+for outcome, position in zip(runs.outcomes, runs.object_position, strict=True):
     off = np.linalg.norm(position - position[0], axis=1).max()
     print(f"{outcome.reason} after {outcome.time:g} s, never more than {1e9 * off:.2g} nm off")
 
