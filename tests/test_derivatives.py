@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hands import HAND_URDF
+from scipy.linalg import expm
 
 import softhand
 from softhand import Linearization, RecordingError, ScenarioError, Simulation, State, linearize, load_scenario
@@ -493,3 +494,35 @@ def test_it_tells_what_it_is() -> None:
         "<Linearization: 0.001 s from t = 0 s, 72 states, 9 inputs, 10 parameters, 12 outputs"
     )
     assert '"states"' in model.to_json()
+
+
+# ------------------------------------------------------------------------------------------------ continuous time
+
+
+def test_the_continuous_model_comes_to_that_of_the_plant_as_the_square_of_the_step() -> None:
+    """Its rates against those of the plant without steps, and its exponential is the period again."""
+    off = []
+    for step in (5e-4, 2.5e-4):
+        scenario = load_scenario("target-a", {"stepper.step": step, "control_period": step})
+        simulation = softhand.build(scenario)
+        simulation.sample()
+        state, torque = simulation.save(), simulation.torque.copy()
+        model = linearize(scenario, state=state, torque=torque)
+        A, B = model.continuous()
+        s, n = B.shape
+        again = expm(np.block([[A, B], [np.zeros((n, s + n))]]) * step)
+        np.testing.assert_allclose(again[:s], np.hstack([model.A, model.B]), atol=1e-9 * np.abs(model.A).max())
+        rates = np.linalg.eigvals(A)
+        wanted = np.linalg.eigvals(softhand.linearize_plant(simulation.plant, state, torque).A)
+        off.append(max(np.min(np.abs(rates - one)) for one in wanted if abs(one) > 1e-2))
+    assert off[0] < 0.02 * 650.0 and off[1] == pytest.approx(0.25 * off[0], rel=0.05)
+
+
+@pytest.mark.parametrize(("value", "what"), [(0.0, "forgets a motion"), (-0.5, "turns a motion around")])
+def test_a_period_without_a_continuous_model_is_told(value: float, what: str) -> None:
+    model = linearize("hold")
+    A = model.A.copy()
+    A[:, 0], A[0] = 0.0, 0.0
+    A[0, 0] = value
+    with pytest.raises(softhand.GraspError, match=f"{what} within 0.001 s, so that no model of continuous time"):
+        replace(model, A=A).continuous()

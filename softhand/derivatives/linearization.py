@@ -8,9 +8,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.errors import GraspError
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 
+_FORGOTTEN = 1e-9  # of a motion, left after a period
 _BY = "SI, by the names of rows and columns"
 
 
@@ -118,6 +120,33 @@ class Linearization(Record):
     def eigenvalues(self) -> NDArray[np.complex128]:
         """Of A, with held torques, the largest first; those of the loop are `closed.eigenvalues()`."""
         return _sorted_eigenvalues(self.A)
+
+    def continuous(self) -> tuple[Array, Array]:
+        """A and B of dx/dt = A x + B u, of which this is what a held torque does in a period: the logarithm of the map.
+
+        It is that of the steps as they are computed, off the plant's by the square of their length.
+
+        Returns:
+            A, shape (s, s), and B, shape (s, n).
+
+        Raises:
+            GraspError: the map has no such logarithm, as where a motion is forgotten in one step.
+        """
+        from scipy.linalg import logm
+
+        s, n = self.B.shape
+        values = self.eigenvalues()
+        lost = np.abs(values) < _FORGOTTEN
+        if np.any(lost | ((values.real <= 0.0) & (values.imag == 0.0))):
+            what = "forgets a motion" if np.any(lost) else "turns a motion around"
+            raise GraspError(
+                f"the period at t = {self.time:g} s {what} within {self.period:g} s, so that no model of continuous "
+                "time does what it does; take a state at which no contact slips, or shorter periods.",
+                finger="", quantity="continuous", value=float(np.min(np.abs(values))),
+            )  # fmt: skip
+        both = np.block([[self.A, self.B], [np.zeros((n, s)), np.eye(n)]])
+        rate = np.real(logm(both)) / self.period
+        return rate[:s, :s], rate[:s, s:]
 
     def __repr__(self) -> str:
         counts = {
