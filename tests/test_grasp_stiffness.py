@@ -15,7 +15,7 @@ from test_closed_loop import Delayed, Slow
 
 import softhand
 from softhand.closed_loop.feedback import differentiate
-from softhand.closed_loop.grasp_stiffness import _settled
+from softhand.closed_loop.grasp_stiffness import settled
 from softhand.closed_loop.linearize import linearize_plant
 from softhand.closed_loop.object_tangent import tangent
 from softhand.closed_loop.start import HeldStart, held_start
@@ -243,7 +243,7 @@ def test_what_a_controller_remembers_has_come_to_rest(memory, joints):
     controller = memory if isinstance(memory, Slow) else Delayed(**dict(start.controller))
     control = differentiate(controller, start.probe, start.state, start.period)
     assert not control.is_smooth
-    found = tangent(start.probe.plant, start.state, _settled(control, "own")).with_torques()
+    found = tangent(start.probe.plant, start.state, settled(control, "own")).with_torques()
     expected = softhand.grasp_stiffness(scenario, joints=joints).stiffness
     assert_allclose(found, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
 
