@@ -29,6 +29,7 @@ LABELS = {
     "pair": ("23", "13", "12"),
     "support": ("table corner 1", "table corner 2"),
     "velocity": ("finger_1_joint_1", "object x", "object rz"),
+    "coupled_joint": ("finger_1_joint_4",),
 }
 
 
