@@ -24,13 +24,15 @@ SCENARIOS = {
     **{name: name for name in SHIPPED["controllers"]},
     "regulation": "target-a",
     "state-feedback": "target-a",
+    "least-squeeze": "target-a",
     "opposing": "pinch-opposing",
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
     "pick-and-place": "grasp-and-lift",
 }
 CASES: list[tuple[str, dict[str, Any]]] = [
-    *((name, {}) for name in SHIPPED["controllers"] if name != "state-feedback"),
+    *((name, {}) for name in SHIPPED["controllers"] if name not in ("state-feedback", "least-squeeze")),
+    ("least-squeeze", {"controller": {"name": "least-squeeze"}}),
     ("state-feedback", {"controller": {"name": "state-feedback", "gain_file": str(DATA / "state_feedback.toml")}}),
     *((name, {"controller.orientation_error": "euler"}) for name in ("finger-only", "computed-torque")),
     ("pick-and-place", {"duration": 1.2}),  # until the tips hold

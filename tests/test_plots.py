@@ -41,6 +41,7 @@ def invented(contacts: int = 3, joints: int = 3, samples: int = SAMPLES, **chang
         "pair": tuple(f"{i}{j}" for i, j in combinations(fingers, 2)),
         "support": ("palm 1",),
         "velocity": ("joint_1", "object_x"),
+        "coupled_joint": ("finger_1_joint_9",),
     }
     sizes = {dim: len(names) for dim, names in {**labels, **COMPONENTS}.items()}
     time, rng = np.linspace(0.0, 2.0, SAMPLES)[:samples], np.random.default_rng(contacts)

@@ -186,7 +186,7 @@ def test_time_is_required() -> None:
 def test_missing_labels_are_refused() -> None:
     """A variable along contacts needs the names of the contacts."""
     with pytest.raises(RecordingError, match="needs labels for dimension 'contact'"):
-        recording(labels={dim: LABELS[dim] for dim in ("joint", "pair")})
+        recording(labels={dim: LABELS[dim] for dim in ("joint", "pair", "coupled_joint")})
 
 
 def test_a_reserved_attribute_is_refused() -> None:
