@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from softhand.model.coupled import Coupled, sizes_of
+from softhand.model.coupled import Coupled, Terms, sizes_of
 from softhand.model.rigid import rigid_poses, rigid_terms
-from softhand.model.snapshot import Terms
 from softhand.model.tree import read_tree, reread_tree
 from softhand.model.world import World
 from softhand.numerics.arrays import Array

@@ -19,6 +19,15 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 
 
+class Terms(NamedTuple):
+    """The arrays of a `Snapshot`, for kernels."""
+
+    M: Array
+    J: Array
+    nle: Array
+    poses: Array
+
+
 class Coupled(NamedTuple):
     """What kernels know of a coupling; all empty for a hand without one. Only q, v, M and nle are written."""
 

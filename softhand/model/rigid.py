@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from softhand.model.coupled import expand_configuration, expand_velocity, project_terms, set_views
-from softhand.model.snapshot import Terms
+from softhand.model.coupled import Terms, expand_configuration, expand_velocity, project_terms, set_views
 from softhand.model.tree import FLOATS, SLIDES, TURNS
 from softhand.numerics.compiled import compiled
 

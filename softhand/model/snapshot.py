@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
 from softhand.model.coupled import (
+    Terms,
     expand_configuration,
     expand_velocity,
     project_terms,
@@ -23,15 +24,6 @@ from softhand.numerics.arrays import Array
 
 _WORLD = pin.Convention.WORLD
 _DOUBLES_PER_POSE = 12
-
-
-class Terms(NamedTuple):
-    """The arrays of a `Snapshot`, for kernels."""
-
-    M: Array
-    J: Array
-    nle: Array
-    poses: Array
 
 
 class Snapshot:

@@ -9,8 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from softhand.model.compiled_snapshot import room_for_terms
-from softhand.model.coupled import Coupled, expand_configuration, room, uncoupled
-from softhand.model.snapshot import Terms
+from softhand.model.coupled import Coupled, Terms, expand_configuration, room, uncoupled
 from softhand.model.tree import Tree, read_tree
 from softhand.numerics.arrays import Array
 

@@ -15,8 +15,8 @@ from softhand.contact.kinematics import contact_jacobian, deformation_rate, rela
 from softhand.contact.limit import limit_use, set_limit
 from softhand.contact.scaled import traction
 from softhand.model.configuration import CONTINUOUS
+from softhand.model.coupled import Terms
 from softhand.model.rigid import rigid_poses
-from softhand.model.snapshot import Terms
 from softhand.model.tree import Tree
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled

@@ -14,8 +14,8 @@ from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
+from softhand.model.coupled import Terms
 from softhand.model.rigid import branch_terms, rigid_terms
-from softhand.model.snapshot import Terms
 from softhand.model.tree import Tree, branches_of
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
