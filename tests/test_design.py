@@ -17,12 +17,14 @@ import pytest
 from commands import run_command
 from hands import DATA, REPOSITORY, Array
 from numpy.testing import assert_allclose
+from test_attitude import TURNS
 
 import softhand
 from softhand.closed_loop.linearize import beside
 from softhand.controllers.gain_file import read_gain_file
 from softhand.design.lqr import LqrDesign
 from softhand.errors import GraspError, ScenarioError
+from softhand.numerics.spatial import rotation_of
 from softhand.plant.state import State
 
 SUMS = {"object_position_integral": 1e7, "internal_force_integral": 100.0}
@@ -109,19 +111,38 @@ def test_stability_finds_the_poles_of_the_design(design: LqrDesign, tmp_path: Pa
         assert np.min(np.abs(values - pole)) < 1e-4
 
 
-def test_the_mirrored_grasp_has_the_mirrored_gains() -> None:
-    """By half a turn about the vertical, with all else: the gains are the same, in axes of the object."""
-    here = softhand.design_lqr("hold", SUMS)
-    scenario = softhand.load_scenario("hold")
-    Q = np.diag([-1.0, -1.0, 1.0])
-    turned = scenario.with_values({
-        "hand.position": (Q @ scenario.hand.position).tolist(), "hand.rpy": [0.0, 0.0, math.pi],
-        "object.position": (Q @ scenario.object.position).tolist(), "object.rpy": [0.0, 0.0, math.pi],
-    })  # fmt: skip
-    there = softhand.design_lqr(turned, SUMS)
+@pytest.mark.parametrize("turn", ["general", "seam"])
+def test_turning_everything_turns_nothing_in_the_gains(turn: str) -> None:
+    """They are in joints and in axes of the object; off every axis, and onto the seams of roll, pitch and yaw."""
+    here, there = softhand.design_lqr("hold", SUMS), softhand.design_lqr(turned_hold(TURNS[turn]), SUMS)
     assert_allclose(there.K, here.K, rtol=0.0, atol=1e-4 * np.max(np.abs(here.K)))
     assert_allclose(there.gains.torque, here.gains.torque, rtol=0.0, atol=1e-9)
     assert_allclose(there.gains.joint_follow[:, :6], here.gains.joint_follow[:, :6], rtol=0.0, atol=1e-4)
+
+
+def turned_hold(Q: Array) -> softhand.Scenario:
+    """`hold` as a whole turned about the origin, gravity with it."""
+    scenario = softhand.load_scenario("hold")
+
+    def angles(R: Array) -> list[float]:
+        return np.asarray(pin.rpy.matrixToRpy(R)).tolist()
+
+    hand, thing = scenario.hand, scenario.object
+    return scenario.with_values({
+        "gravity": (Q @ scenario.gravity).tolist(), "hand.position": (Q @ hand.position).tolist(),
+        "hand.rpy": angles(Q @ rotation_of(hand.rpy)), "object.position": (Q @ thing.position).tolist(),
+        "object.rpy": angles(Q @ rotation_of(thing.rpy)),
+    })  # fmt: skip
+
+
+def test_fingers_that_are_mirror_images_have_gains_that_are() -> None:
+    """The hold is its own mirror image in x: fingers 1 and 2 change places, and abductions their sign."""
+    design = softhand.design_lqr("hold")
+    n = len(design.inputs)
+    swap = np.kron(np.array([[0, 1, 0], [1, 0, 0], [0, 0, 1]]), np.diag([-1.0, 1.0, 1.0]))
+    body = np.diag([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])  # turns are axial
+    mirror = np.kron(np.eye(2), np.block([[swap, np.zeros((n, 6))], [np.zeros((6, n)), body]]))
+    assert_allclose(swap @ design.K @ mirror, design.K, rtol=0.0, atol=1e-4 * np.max(np.abs(design.K)))
 
 
 def test_another_pose_nearby_is_held_with_the_gains_of_this_one(design: LqrDesign, tmp_path: Path) -> None:
@@ -135,7 +156,7 @@ def test_another_pose_nearby_is_held_with_the_gains_of_this_one(design: LqrDesig
         recording = softhand.simulate(with_gains(tmp_path / file, reference=asked, duration=4.0))
         assert recording.complete and np.max(np.abs(recording.joint_velocity[-1])) < 1e-3
         off.append(float(np.linalg.norm(recording.object_position[-1] - asked["object_position"])))
-    assert off[0] < 0.15e-3 and 3.0 < off[0] / off[1] < 5.0
+    assert 3.0 < off[0] / off[1] < 5.0
     assert off[2] < 0.1 * off[0]
 
 
@@ -173,6 +194,9 @@ def test_motions_out_of_reach_and_out_of_sight_are_named() -> None:
     every = {"object_position_integral": 1.0, "object_orientation_integral": 1.0, "internal_force_integral": 1.0}
     error = refused("cannot be controlled", lambda: softhand.design_lqr("pinch", every), GraspError)
     assert error.quantity == "uncontrollable"  # type: ignore[attr-defined]
+    nothing = dict.fromkeys(("object_position", "object_orientation", "internal_force", "joint_velocity"), 0.0)
+    error = refused("does not show in the cost", lambda: softhand.design_lqr("hold", nothing), GraspError)
+    assert error.quantity == "undetectable" and "object" in str(error)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
@@ -210,30 +234,66 @@ def test_gains_of_another_hand_are_refused(tmp_path: Path) -> None:
     )
 
 
-def test_the_gain_file_lies_beside_the_scenario(tmp_path: Path) -> None:
-    """Its path is relative to that of the scenario."""
+def test_the_gain_file_lies_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its path is relative to that of the scenario, wherever one is."""
     found = read_gain_file(DATA / "state_feedback.toml")
     found.write(tmp_path / "gains.toml")
-
+    scenario = with_gains(tmp_path / "gains.toml").to_toml().replace(str(tmp_path / "gains.toml"), "gains.toml")
+    assert 'gain_file = "gains.toml"' in scenario
+    (tmp_path / "mine.toml").write_text(scenario)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    softhand.build(tmp_path / "mine.toml").sample()
     assert_allclose(read_gain_file(tmp_path / "gains.toml").K, found.K, rtol=0.0, atol=0.0)
 
 
+def test_gains_of_another_period_are_refused() -> None:
+    file = DATA / "state_feedback.toml"
+    refused(
+        "is for samples each 0.001 s, and the torque is computed each 0.002 s; set control_period or controller.period",
+        lambda: softhand.build(with_gains(file, control_period=0.002)),
+    )
+    slower = softhand.load_scenario("hold", {"controller": {
+        "name": "state-feedback", "gain_file": str(file), "period": 0.001}, "control_period": 0.0005,
+        "stepper.step": 0.0005})  # fmt: skip
+    softhand.build(slower).sample()
+
+
 def test_gains_by_bandwidth_keep_what_they_promise() -> None:
-    """What is reached is what `stability` finds, and a run with them dies out."""
+    """The loop that `stability` finds grows as told, and in a run the box follows a swing of each frequency to 71 %."""
     found = softhand.design_gains("hold", 3.0, 0.15)
     assert np.min(found.bandwidth) >= 0.95 * 3.0 and found.damping >= 0.95 * 0.15 and found.delay > 1e-4
-    loop = softhand.stability("hold", with_margins=False, at="start").held_growth
-    assert found.growth < 0.0 and math.isfinite(loop)
     scenario = softhand.load_scenario("hold", {"controller": {"name": found.name, **found.settings}})
-    again = softhand.stability(scenario)
-    assert_allclose(again.held_growth, found.growth, rtol=1e-6)
+    assert_allclose(softhand.stability(scenario).held_growth, found.growth, rtol=1e-6)
+    for axis in (0, 2):
+        assert_allclose(followed(scenario, axis, found.bandwidth[axis]), math.sqrt(0.5), rtol=0.05)
+
+
+def followed(scenario: softhand.Scenario, axis: int, frequency: float) -> float:
+    """Amplitude of the box over that of what is asked for, 0.1 mm along an axis, when the begin has died out."""
+    simulation = softhand.build(scenario)
+    settled, swings = 3.0, max(3, math.ceil(frequency))
+    count = round((settled + swings / frequency) / scenario.control_period)
+    start, seen = simulation.plant.world.object_position(simulation.state.q).copy(), []
+    for k in range(count):
+        phase = 2.0 * math.pi * frequency * k * scenario.control_period
+        simulation.reference.now[0, axis] = start[axis] + 1e-4 * math.sin(phase)
+        observation = simulation.sample()
+        seen.append((phase, observation.object_position[axis] - start[axis]))
+        simulation.step()
+    phase, moved = np.array(seen[round(settled / scenario.control_period) :]).T
+    sine, cosine, _ = np.linalg.lstsq(
+        np.column_stack([np.sin(phase), np.cos(phase), np.ones_like(phase)]), moved, rcond=None
+    )[0]
+    return math.hypot(sine, cosine) / 1e-4
 
 
 def test_a_bandwidth_out_of_reach_names_the_nearest() -> None:
     """The figure that is named can be had."""
     error = refused("cannot be reached", lambda: softhand.design_gains("hold", 12.0, 0.4), GraspError)
     nearest = error.value  # type: ignore[attr-defined]
-    assert math.isnan(nearest) or 0.0 < nearest < 12.0
+    assert 0.0 < nearest < 12.0
+    assert np.min(softhand.design_gains("hold", nearest, 0.4).bandwidth) >= 0.95 * nearest
 
 
 def test_the_commands(tmp_path: Path) -> None:

@@ -47,6 +47,13 @@ class Controller(Settings, ABC):
     array of numbers, in place. `observed` has the fields of an observation by their names, the time as
     `observed.clock[0]`; `settings` is what `constants` returns. `controllers.blocks` has parts to build one from."""
 
+    def check_period(self, period: float) -> None:
+        """Refuse a period between two samples [s] that the settings are not for; by default any will do.
+
+        Raises:
+            ScenarioError: of one that does not fit.
+        """
+
     def constants(self, observation: Observation) -> Any:
         """What a formula is handed as `settings`: a NamedTuple of numbers and arrays, the same during a run.
 

@@ -29,7 +29,7 @@ class StateFeedback(Controller):
     followed through such rests, the rates of x less N_q r'. Nothing is fed forward for its acceleration. i are sums of
     the chosen entries of (R_d^T (p - p_d), log(R_d^T R), f_N - f_Nd) over time; they begin at zero.
 
-    The gains are for one hand, one grasp and one control period; a file of another hand is refused.
+    The gains are for one hand, one grasp and one sampling period; a file of another hand or period is refused.
     """
 
     gain_file: str
@@ -50,6 +50,20 @@ class StateFeedback(Controller):
             found.torque, found.joint_follow, found.torque_follow, found.K, np.array(found.integrals, dtype=np.int64),
             found.K_integral, known.is_continuous.copy(),
         )  # fmt: skip
+
+    def check_period(self, period: float) -> None:
+        """Refuse gains for another one.
+
+        Raises:
+            ScenarioError: the file cannot be read, or is for another period.
+        """
+        own = read_gain_file(self.gain_file).period
+        if abs(own - period) > 1e-9 * own:
+            raise ScenarioError(
+                f"controller.gain_file: {self.gain_file} is for samples each {own:g} s, and the torque is computed "
+                f"each {period:g} s; set control_period or controller.period, or design gains for it.",
+                key="controller.gain_file", value=self.gain_file,
+            )  # fmt: skip
 
     def start(self, observation: Observation) -> Any:
         """The sums of errors."""

@@ -270,7 +270,8 @@ def _check_modes(A: Array, B: Array, Q: Array, model: RestModel, groups: Groups,
     scale = np.concatenate([np.ones(nv), np.full(nv, 1.0 / T), np.full(s - 2 * nv, T)])
     a, b = A * scale / scale[:, None], B / scale[:, None]
     b = b / np.linalg.norm(b)
-    root = np.linalg.eigh(Q * np.outer(scale, scale) / np.max(np.abs(Q * np.outer(scale, scale))))
+    paid = Q * np.outer(scale, scale)
+    root = np.linalg.eigh(paid / (np.max(np.abs(paid)) or 1.0))
     c = np.sqrt(np.maximum(root.eigenvalues, 0.0))[:, None] * root.eigenvectors.T
     values, ways = eig(a)
     for k in np.argsort(-np.abs(values), kind="stable"):

@@ -374,9 +374,15 @@ class Simulation:
 
 
 def whole_periods(controller: Controller, period: float) -> int:
-    """Control periods between two calls of the controller."""
+    """Control periods between two calls of the controller.
+
+    Raises:
+        ScenarioError: its own period is no whole number of them, or its settings are for another one.
+    """
     if controller.period is None:
+        controller.check_period(period)
         return 1
+    controller.check_period(controller.period)
     stride = round(controller.period / period)
     if stride < 1 or abs(stride * period - controller.period) > 1e-9 * period:
         raise ScenarioError(
