@@ -35,7 +35,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
         ("grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal", "place_object", "Placement",
-         "workspace", "Workspace", "squeeze", "Squeeze", "squeeze_curve", "SqueezeCurve", "slip_margin", "SlipMargin",
+         "workspace", "Workspace", "squeeze", "Squeeze", "SqueezeCurve", "slip_margin", "SlipMargin",
          "worst_push", "WorstPush"),
     ),
     "analysis": (

@@ -75,12 +75,11 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.grasping.quality import grasp_quality as grasp_quality
     from softhand.grasping.workspace import Workspace as Workspace
     from softhand.grasping.workspace import workspace as workspace
+    from softhand.holding.curve import SqueezeCurve as SqueezeCurve
     from softhand.holding.margin import SlipMargin as SlipMargin
     from softhand.holding.margin import slip_margin as slip_margin
-    from softhand.holding.squeeze import Squeeze as Squeeze
-    from softhand.holding.squeeze import SqueezeCurve as SqueezeCurve
+    from softhand.holding.record import Squeeze as Squeeze
     from softhand.holding.squeeze import squeeze as squeeze
-    from softhand.holding.squeeze import squeeze_curve as squeeze_curve
     from softhand.holding.worst_push import WorstPush as WorstPush
     from softhand.holding.worst_push import worst_push as worst_push
     from softhand.identification.identify import Identification as Identification
@@ -165,7 +164,9 @@ _HOMES = {
     ),
     "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
     "holding.margin": ("SlipMargin", "slip_margin"),
-    "holding.squeeze": ("Squeeze", "SqueezeCurve", "squeeze", "squeeze_curve"),
+    "holding.curve": ("SqueezeCurve",),
+    "holding.record": ("Squeeze",),
+    "holding.squeeze": ("squeeze",),
     "holding.worst_push": ("WorstPush", "worst_push"),
     "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),

@@ -657,3 +657,14 @@ def test_points_out_of_reach_are_told_with_the_nearest_ones() -> None:
 def test_an_object_beside_the_middle_is_told_where_it_must_be() -> None:
     with pytest.raises(softhand.SofthandError, match=r"5 mm beside; take object.position = \[0, 0, 0.07\]"):
         softhand.build(load_scenario("parallel-gripper", {"object.position": [0.005, 0.0, 0.07]}))
+
+
+def test_small_motions_about_a_rest_are_those_about_the_state_of_motors() -> None:
+    """A state has motors, not joints; the rest is found, taken up again, and refused for another hand."""
+    rest = softhand.equilibrium("coupled-hand")
+    found = softhand.stability("coupled-hand", at=rest.state)
+    assert found.held_growth == pytest.approx(rest.growth, abs=1e-6) and found.held_growth < -0.1
+    stiffness = softhand.grasp_stiffness("coupled-hand", joints="controller", state=rest.state)
+    assert np.max(np.abs(stiffness.unbalanced)) < 1e-6
+    with pytest.raises(softhand.ScenarioError, match="this plant has 8 positions"):
+        softhand.stability("parallel-gripper", at=rest.state)

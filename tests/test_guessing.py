@@ -348,3 +348,11 @@ def test_a_type_checker_knows_the_names(tmp_path: Path) -> None:
     lines = {int(line.split(":")[1]): line for line in shown.splitlines() if line.count(":") > 2}
     assert "ndarray" in lines[4] and "Nakashima" in lines[6] and "matplotlib.figure.Figure" in lines[7]
     assert all('no attribute "' in lines[number] for number in (5, 8, 9)), shown
+
+
+@pytest.mark.parametrize("key", ["controller", "law"])
+def test_values_in_the_place_of_a_controller_or_law_are_told(key: str) -> None:
+    """A table is taken for overrides elsewhere, and a name is what scenarios have."""
+    for given in ({"duration": 0.1}, "regulation"):
+        with pytest.raises(softhand.ScenarioError, match=f"{key}: got .*; give a softhand.{key.title()}, and values"):
+            softhand.build("hold", **{key: given})

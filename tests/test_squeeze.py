@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import run_command
-from hands import REPOSITORY, Array
+from hands import Array
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
@@ -133,6 +132,19 @@ def test_joint_torques_limit_the_largest_squeeze() -> None:
     assert largest is not None
     assert_allclose(largest.internal_force, [15.0], rtol=1e-6)
     assert Program(pinch(), loads_of(pinch()), Terms()).largest() is None  # nothing limits it
+
+
+def test_the_curve_is_the_closed_form_at_each_margin() -> None:
+    """Both tips together press with m g / mu over what the margin leaves, and with 2 E / d at most."""
+    held = pinch(mu=0.3, effort=2.5, arm=0.1)
+    found = squeeze_of(held, loads_of(held), Terms(use=0.8))
+    curve = found.curve()
+    wanted = MASS * 9.81 / (0.3 * (1.0 - curve.margin))
+    holds = wanted <= 2.0 * 25.0
+    assert 5 < np.count_nonzero(holds) < len(holds) and curve.chosen == pytest.approx(0.2)
+    assert_allclose(curve.least[holds], wanted[holds], rtol=1e-6)
+    assert_allclose(curve.largest[holds], 50.0, rtol=1e-6)
+    assert np.all(np.isnan(curve.least[~holds])) and np.all(np.isnan(curve.largest[~holds]))
 
 
 def test_nearest_feasible_figures_in_closed_form() -> None:
@@ -334,13 +346,6 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     assert refused.returncode == 1 and "no squeeze of finger_1_tip, finger_2_tip holds: gravity" in refused.errors
     wrong = run_command("squeeze", "pinch", "--wrench", "1,2", folder=tmp_path)
     assert wrong.returncode == 2 and "give 6 numbers" in wrong.errors
-
-
-@pytest.mark.parametrize("block", range(3))
-def test_the_page_runs(block: int) -> None:
-    """The examples of docs/squeeze.md."""
-    page = (REPOSITORY / "docs" / "squeeze.md").read_text()
-    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[block], {})
 
 
 def test_the_command_draws_and_prints(tmp_path: Path) -> None:

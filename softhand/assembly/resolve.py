@@ -19,12 +19,14 @@ from softhand.assembly.parts import (
 from softhand.assembly.plant import read_supports, read_world, solve_start
 from softhand.contact.pads import Fingertip, Support
 from softhand.controllers.controller import Controller
+from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.model.world import World
 from softhand.references.reference import Reference
 from softhand.scenario.fingertip import TipSection
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.quantities import Sensing
+from softhand.settings.wording import show
 from softhand.simulation.actuation import Actuation
 from softhand.start.grasp import Grasp
 from softhand.steppers.stepper import Stepper
@@ -85,6 +87,13 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     Raises:
         SofthandError: as `build`.
     """
+    for name, given, kind in (("controller", controller, Controller), ("law", law, Law)):
+        if given is not None and not isinstance(given, kind):
+            raise ScenarioError(
+                f"{name}: got {show(given)}; give a softhand.{kind.__name__}, and values of the scenario by name, such "
+                "as mass=0.3 or overrides={'object.mass': 0.3}.",
+                key=name, value=given,
+            )  # fmt: skip
     controller = controller or read_controller(scenario)
     stepper, reference = read_stepper(scenario), read_reference(scenario)
     world = read_world(scenario)

@@ -83,16 +83,24 @@ def held_state(scenario: Scenario, state: State) -> HeldStart:
         ScenarioError: it is no state of this plant.
     """
     setup = resolve(scenario)
+    return held_at(setup, goal_at(setup, state), state, state.time)
+
+
+def goal_at(setup: Setup, state: State) -> Goal:
+    """What is asked for at the time of a state of this plant.
+
+    Raises:
+        ScenarioError: it is no state of this plant.
+    """
     desired = setup.reference.start(read_start(setup.scenario)).update(state.time)
-    model, nc = setup.world.model, setup.world.n_tips
-    shapes = (state.q.shape, state.v.shape)
-    if shapes != ((model.nq,), (model.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
+    nq, nv, nc = setup.world.nq, setup.world.nv, setup.world.n_tips
+    if (state.q.shape, state.v.shape) != ((nq,), (nv,)) or state.z.ndim != 2 or len(state.z) < nc:
         raise ScenarioError(
             f"state: q, v and z have the shapes {state.q.shape}, {state.v.shape} and {state.z.shape}; this plant has "
-            f"{model.nq} positions, {model.nv} velocities and {nc} tips.",
+            f"{nq} positions, {nv} velocities and {nc} tips.",
             key="state", value=state,
         )  # fmt: skip
-    return held_at(setup, goal_of(desired), state, state.time)
+    return goal_of(desired)
 
 
 def held_end(recording: Recording, setup: Setup | None = None) -> HeldStart:

@@ -8,7 +8,7 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, say_compiling
-from softhand.commands.options import Controller, Json, Law, Plugins, Quiet, Set, complete_scenarios
+from softhand.commands.options import Controller, Json, Law, Plugins, Quiet, ScenarioOrRun, Set
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
 from softhand.errors import ScenarioError
@@ -20,14 +20,7 @@ if TYPE_CHECKING:
 
 @command("softhand equilibrium target-a --set object.mass=0.3; softhand equilibrium runs/hold --sample 1000 --json")
 def equilibrium(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            autocompletion=complete_scenarios,
-            help="A scenario that ships (see: softhand list), a .toml file, or a run.nc or its folder.",
-        ),
-    ] = "target-a",
+    scenario: ScenarioOrRun = "target-a",
     sample: Annotated[
         int, typer.Option(metavar="N", help="Begin at this sample of the run; from the end if negative.")
     ] = 0,

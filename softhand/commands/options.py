@@ -49,6 +49,14 @@ ScenarioName = Annotated[
         help="A scenario that ships (see: softhand list), a .toml file, or the folder of a run.",
     ),
 ]
+ScenarioOrRun = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        autocompletion=complete_scenarios,
+        help="A scenario that ships (see: softhand list), a .toml file, or a run.nc or its folder.",
+    ),
+]
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="A recording, run.nc, or the folder that it is in.")]
 
 Set = Annotated[

@@ -10,7 +10,7 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, say_compiling
-from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, complete_scenarios
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioOrRun, Set
 from softhand.commands.places import check_figure, figure_of, figure_of_run, name_of
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
@@ -18,14 +18,7 @@ from softhand.commands.scenarios import chosen_scenario, refuse_changes
 
 @command("softhand squeeze target-a --any-attitude --margin 0.3; softhand squeeze runs/target-a --warning 0.1")
 def squeeze(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            autocompletion=complete_scenarios,
-            help="A scenario that ships (see: softhand list), a .toml file, or a run.nc or its folder.",
-        ),
-    ] = "target-a",
+    scenario: ScenarioOrRun = "target-a",
     changes: Set = [],  # noqa: B006  typer copies it
     law: Law = None,
     controller: Controller = None,
@@ -84,7 +77,6 @@ def squeeze(
     say_compiling(quiet)
     from softhand.holding.margin import slip_margin
     from softhand.holding.squeeze import squeeze as find_squeeze
-    from softhand.holding.squeeze import squeeze_curve
     from softhand.plots.squeeze import draw_margin, draw_squeeze
     from softhand.plots.style import save_figure
     from softhand.recording.recording import Recording
@@ -106,9 +98,7 @@ def squeeze(
         figure = draw_margin(slip, f"Margin to slip of {name}")
     else:
         target = figure_of(scenario, "squeeze", out)
-        figure = draw_squeeze(
-            squeeze_curve(source, at, **asked), f"Squeeze that holds the loads, by the margin: {name}"
-        )
+        figure = draw_squeeze(found.curve(), f"Squeeze that holds the loads, by the margin: {name}")
     save_figure(figure, target)
     printer.say(f"wrote {target}")
 

@@ -9,7 +9,7 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
-from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, Set, complete_scenarios
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioOrRun, Set
 from softhand.commands.places import check_figure, check_new, figure_of, figure_of_run, free_file, name_of
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
@@ -26,14 +26,7 @@ if TYPE_CHECKING:
     "softhand stability grasp-and-lift --along --out along.pdf; softhand stability runs/hold --at 0.5"
 )
 def stability(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            autocompletion=complete_scenarios,
-            help="A scenario that ships (see: softhand list), a .toml file, or a run.nc or its folder.",
-        ),
-    ] = "target-a",
+    scenario: ScenarioOrRun = "target-a",
     at: Annotated[
         str | None,
         typer.Option(

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.contact.pairs import contact_pairs
 from softhand.errors import GraspError, ScenarioError
 from softhand.holding.held import Held, held_there, limit_use, look
 from softhand.holding.loads import Loads, loads_of
 from softhand.holding.program import Found, Program, Terms
+from softhand.holding.record import Squeeze
 from softhand.numerics.arrays import Array
-from softhand.numerics.record import Record
-from softhand.numerics.table import html_table
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario
 
@@ -28,109 +24,6 @@ _MOST_FRICTION = 10.0
 _HALVINGS = 18
 _ROUNDING = 1e-3
 _FEW = 12  # loads
-_MARGINS = tuple(np.linspace(0.0, 0.9, 10).round(2).tolist())
-_TOLD = 4  # limits in the table
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Squeeze(Record):
-    """With which internal forces a grasp holds a set of loads.
-
-    Attributes:
-        holds: whether some squeeze holds all loads.
-        least: f_N of the least total normal force that holds [N], shape (np,); NaN if none does.
-        largest: that of the largest, infinite if nothing limits it, shape (np,); NaN if none holds.
-        present: f_N of the scenario or of the sample [N], shape (np,).
-        loads: names, one for each load.
-        wrenches: of each load, which the contacts exert, about the centre of mass [N, N m], shape (loads, 6).
-        contacts: names.
-        joints: names.
-        contact_force: f_x, f_y, f_z [N] and tau [N m] on the object, in the contact frames, of each load under the
-            least squeeze, shape (loads, nc, 4); NaN if none holds.
-        limit_surface_use: by them, shape (loads, nc).
-        joint_torque: with them [N m, N], shape (loads, n).
-        active: load, limit and how much of it is used, of each limit that is reached under the least squeeze.
-        active_largest: the same under the largest.
-        load_factor: the largest factor on all loads, gravity included, with which some squeeze holds.
-        least_friction: the smallest mu, the same at all contacts, with which some squeeze holds; infinite if none does.
-        least_effort: the smallest factor on the effort limits with which some squeeze holds; infinite if none does.
-        margin: share of the limit surface that is left free.
-        friction: mu of each contact, shape (nc,).
-        levers: tau_max / (mu f_z) that were counted with [m], shape (nc,).
-        refusal: what to do if no squeeze holds; None if one does.
-    """
-
-    units: ClassVar = {
-        "least": "N", "largest": "N", "present": "N", "wrenches": "N, N m", "contact_force": "N, N, N, N m",
-        "limit_surface_use": "1", "joint_torque": "N m, N", "load_factor": "1", "least_friction": "1",
-        "least_effort": "1", "margin": "1", "friction": "1", "levers": "m", "normal_force": "N",
-    }  # fmt: skip
-
-    holds: bool
-    least: Array
-    largest: Array
-    present: Array
-    loads: tuple[str, ...]
-    wrenches: Array
-    contacts: tuple[str, ...]
-    joints: tuple[str, ...]
-    contact_force: Array
-    limit_surface_use: Array
-    joint_torque: Array
-    active: tuple[tuple[str, str, float], ...]
-    active_largest: tuple[tuple[str, str, float], ...]
-    load_factor: float
-    least_friction: float
-    least_effort: float
-    margin: float
-    friction: Array
-    levers: Array
-    refusal: GraspError | None
-
-    @property
-    def normal_force(self) -> float:
-        """Sum of the normal forces under the least squeeze, the mean over the loads [N]."""
-        return float(np.mean(np.sum(self.contact_force[:, :, 2], axis=1)))
-
-    def __repr__(self) -> str:
-        return f"<Squeeze: {'; '.join(': '.join(row) for row in self.rows())}>"
-
-    def _repr_html_(self) -> str:
-        """The table of the command, for a notebook."""
-        return html_table("Squeeze", ("", ""), self.rows())
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Label and value."""
-        pairs = ", ".join(f"{i + 1}-{j + 1}" for i, j in contact_pairs(len(self.contacts)))
-        count = len(self.loads)
-        rows = [
-            ("loads", f"{count}: {self.loads[0]}{', ...' if count > 1 else ''}"),
-            ("margin", f"{100.0 * self.margin:.3g} % of the limit surface is left free"),
-            ("internal forces now", f"{_newtons(self.present)}  (fingers {pairs})"),
-        ]
-        if not self.holds:
-            rows.append(("least that holds", "none"))
-        else:
-            rows += [
-                ("least that holds", f"{_newtons(self.least)}, {self.normal_force:.3g} N of normal force in all"),
-                ("limits reached", _limits(self.active)),
-                ("largest that holds", _newtons(self.largest) if np.all(np.isfinite(self.largest)) else "no limit"),
-                ("limits reached", _limits(self.active_largest)),
-                ("largest torque under the least", self._torque()),
-            ]
-        return [
-            *rows,
-            ("largest factor on the loads", _factor(self.load_factor)),
-            ("least friction", f"{self.least_friction:.3g}" if np.isfinite(self.least_friction) else "none holds"),
-            (
-                "least effort limits",
-                f"{self.least_effort:.3g} times these" if np.isfinite(self.least_effort) else "none",
-            ),
-        ]
-
-    def _torque(self) -> str:
-        most = np.unravel_index(np.argmax(np.abs(self.joint_torque)), self.joint_torque.shape)
-        return f"{abs(self.joint_torque[most]):.3g} N m at {self.joints[int(most[1])]}"
 
 
 def squeeze(
@@ -182,62 +75,6 @@ def squeeze(
                              touch, torsion))  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class SqueezeCurve(Record):
-    """Least and largest squeeze that hold a set of loads, by the margin.
-
-    Attributes:
-        margin: share of the limit surface that is left free, shape (margins,).
-        least: sum of the normal forces, the mean over the loads [N]; NaN where no squeeze holds, shape (margins,).
-        largest: likewise, infinite where nothing limits it, shape (margins,).
-        present: of the scenario or of the sample [N].
-        chosen: margin that was asked for.
-    """
-
-    units: ClassVar = {"margin": "1", "least": "N", "largest": "N", "present": "N", "chosen": "1"}
-
-    margin: Array
-    least: Array
-    largest: Array
-    present: float
-    chosen: float
-
-
-def squeeze_curve(
-    source: Scenario | Recording | str | Path,
-    at: float | None = None,
-    *,
-    attitudes: str | Sequence[ArrayLike] | None = None,
-    wrenches: Sequence[ArrayLike] = (),
-    force: float = 0.0,
-    moment: float = 0.0,
-    acceleration: float = 0.0,
-    margin: float = 0.2,
-    friction: float | None = None,
-    effort: float = 1.0,
-    touch: float = 0.1,
-    torsion: bool = True,
-) -> SqueezeCurve:
-    """`squeeze` at margins from 0 to 0.9, with the levers of torsion of the present forces; arguments as there."""
-    held, loads, terms = _read(source, at, attitudes, wrenches, force, moment, acceleration, margin, friction, effort,
-                               touch, torsion)  # fmt: skip
-    rows = []
-    for share in _MARGINS:
-        program = Program(held, loads, replace(terms, use=1.0 - share))
-        least = program.least()
-        largest = None if least is None else program.largest()
-        ends = [least, largest if largest is not None or least is None else np.inf]
-        rows.append([end if isinstance(end, float) else _normal(end) for end in ends])
-    least_of, largest_of = np.array(rows).T
-    present = float(np.sum(held.force[2::3]))
-    return SqueezeCurve(np.array(_MARGINS), least_of, largest_of, present, margin)
-
-
-def _normal(found: Found | None) -> float:
-    """Sum of the normal forces, the mean over the loads [N]."""
-    return float("nan") if found is None else float(np.mean(np.sum(found.force[:, 2::3], axis=1)))
-
-
 def _read(
     source: Scenario | Recording | str | Path, at: float | None, attitudes: str | Sequence[ArrayLike] | None,
     wrenches: Sequence[ArrayLike], force: float, moment: float, acceleration: float, margin: float,
@@ -259,6 +96,7 @@ def _read(
 
 def squeeze_of(held: Held, loads: Loads, terms: Terms) -> Squeeze:
     """The same of contacts and loads that are known."""
+    asked = held, loads, terms
     held, program, least = _settled(held, loads, terms)
     largest = None if least is None else program.largest()
     count, pairs, nc = len(loads.names), held.basis.shape[1], len(held.friction)
@@ -297,6 +135,7 @@ def squeeze_of(held: Held, loads: Loads, terms: Terms) -> Squeeze:
         friction=held.friction,
         levers=held.lever,
         refusal=refusal,
+        asked=asked,
     )
 
 
@@ -384,27 +223,6 @@ def _active(held: Held, loads: Loads, terms: Terms, found: Found | None) -> tupl
 
 def _friction_use(held: Held, force: Array) -> Array:
     return limit_use(held, force, np.zeros((len(force), len(held.friction))))
-
-
-def _limits(active: tuple[tuple[str, str, float], ...]) -> str:
-    """Which, and for how many loads."""
-    names = dict.fromkeys(limit for _, limit, _ in active)
-    if not names:
-        return "none"
-    told = []
-    for limit in list(names)[:_TOLD]:
-        loads = [load for load, name, _ in active if name == limit]
-        told.append(f"{limit} ({loads[0]}{f' and {len(loads) - 1} more' if len(loads) > 1 else ''})")
-    more = len(names) - _TOLD
-    return "; ".join(told) + (f"; {more} more" if more > 0 else "")
-
-
-def _newtons(values: Array) -> str:
-    return ", ".join(f"{value:.2f}" for value in values + 0.0) + " N"
-
-
-def _factor(value: float) -> str:
-    return "none of it" if not value > 0.0 else "above 1000" if value > 999.0 else f"{value:.3g}"
 
 
 def _floor(value: float) -> str:

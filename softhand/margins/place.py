@@ -13,7 +13,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario
 from softhand.assembly.resolve import Setup, resolve
-from softhand.closed_loop.start import goal_of, resting_since
+from softhand.closed_loop.start import goal_at, goal_of, resting_since
 from softhand.controllers.controller import Controller
 from softhand.derivatives.situation import Situation, relaxed_state
 from softhand.errors import RecordingError, ScenarioError, SimulationStopped
@@ -131,7 +131,7 @@ def find_place(source: Scenario | Recording, at: At | None = None) -> Place:
     """
     if isinstance(at, State):
         setup = resolve(recorded_scenario(source) if isinstance(source, Recording) else source)
-        return _at_state(setup, at)
+        return held_pose(setup, goal_at(setup, at), at, at.time, "the given state")
     if isinstance(source, Recording):
         return place_in(source, END if at is None else at)
     setup = resolve(source)
@@ -220,18 +220,6 @@ def place_in(recording: Recording, at: str | float, setup: Setup | None = None) 
         speed = np.max(np.abs(recording.joint_velocity), axis=1)
         k = int(np.argmin(np.where(recording.time >= begin, speed, np.inf)))
     return _asked_to_stay(_sample(recording, setup, plant, k))
-
-
-def _at_state(setup: Setup, state: State) -> Place:
-    desired = setup.reference.start(read_start(setup.scenario)).update(state.time)
-    world, nc = setup.world, setup.world.n_tips
-    if (state.q.shape, state.v.shape) != ((world.nq,), (world.nv,)) or state.z.ndim != 2 or len(state.z) < nc:
-        raise ScenarioError(
-            f"state: q, v and z have the shapes {state.q.shape}, {state.v.shape} and {state.z.shape}; this plant has "
-            f"{world.nq} positions, {world.nv} velocities and {nc} tips.",
-            key="state", value=state,
-        )  # fmt: skip
-    return held_pose(setup, goal_of(desired), state, state.time, "the given state")
 
 
 def _asked_to_stay(place: Place) -> Place:
