@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from softhand.numerics.compiled import compiled
-from softhand.numerics.differentiated import Ways, Writer, addresses, assembled, loaded
+from softhand.numerics.differentiated import Ways, Writer, addresses
 from softhand.numerics.followed import Followed
 from softhand.numerics.layouts import Layouts
+from softhand.numerics.llvm_text import assembled, loaded
 
 
 @compiled

@@ -37,10 +37,11 @@ from softhand.derivatives.tape import (
 from softhand.errors import ScenarioError, SimulationStopped, SofthandError
 from softhand.model.rigid import branch_terms, rigid_terms
 from softhand.numerics.arrays import AnyArray, Array
-from softhand.numerics.differentiated import Ways, Writer, addresses, assembled, loaded
+from softhand.numerics.differentiated import Ways, Writer, addresses
 from softhand.numerics.followed import Followed
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import numbers_in
+from softhand.numerics.llvm_text import assembled, loaded
 from softhand.numerics.symbols import Place
 from softhand.sensing.fields import FIELDS
 from softhand.sensing.groups import parts_of

@@ -93,7 +93,7 @@ class Row:
 def room(sums: Sums, number: int, shape: Any) -> Block:
     """An array of the kernel's own."""
     shape = shape if isinstance(shape, tuple) else (shape,)
-    return Block(sums, -number, 0, np.dtype(float), shape, _strides(8, shape), None)
+    return Block(sums, -number, 0, np.dtype(float), shape, strides_of(8, shape), None)
 
 
 def is_structure(numbers: AnyArray) -> AnyArray:
@@ -127,10 +127,11 @@ def _item(sums: Sums, memory: int, begin: int, dtype: Any, shape: Any, strides: 
 def _field(dtype: Any, name: str, begin: int) -> tuple[Any, int, tuple[int, ...], tuple[int, ...]]:
     kind, offset = dtype.fields[name][:2]
     base, shape = kind.subdtype or (kind, ())
-    return base, begin + offset, tuple(shape), _strides(base.itemsize, shape)
+    return base, begin + offset, tuple(shape), strides_of(base.itemsize, shape)
 
 
-def _strides(size: int, shape: Any) -> tuple[int, ...]:
+def strides_of(size: int, shape: Any) -> tuple[int, ...]:
+    """Of an array in the order of C, of items of so many bytes."""
     return tuple(size * math.prod(shape[k + 1 :]) for k in range(len(shape)))
 
 

@@ -10,19 +10,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
-import llvmlite.binding as llvm
-
-from softhand.numerics.assembling import _operand
 from softhand.numerics.followed import FollowedSums
-from softhand.numerics.symbols import REAL, TRUTH, WHOLE, Place, Symbol
-
-ENTRY = "differentiated"
-_INTRINSICS = {"sqrt": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "fabs": 1, "copysign": 2, "pow": 2}
-_LIBRARY = {
-    "atan2": 2, "expm1": 1, "acos": 1, "atanh": 1, "tan": 1, "log1p": 1, "asin": 1, "atan": 1, "sinh": 1, "cosh": 1,
-    "tanh": 1,
-}  # fmt: skip
-_OPERATIONS = ("fadd", "fsub", "fmul", "fdiv", "fneg")
+from softhand.numerics.llvm_text import DECLARATIONS, ENTRY, called, computed, operand
+from softhand.numerics.symbols import REAL, WHOLE, Place, Symbol
 
 
 class Ways(NamedTuple):
@@ -121,7 +111,7 @@ class Writer:
                 lines += self._load(k, rest[0], rest[1])
             elif word == "store":
                 lines += [*self._place(f"t{k}", rest[0], rest[1]),
-                          f"store {rest[0]} {_operand(rest[2])}, {rest[0]}* %pt{k}"]  # fmt: skip
+                          f"store {rest[0]} {operand(rest[2])}, {rest[0]}* %pt{k}"]  # fmt: skip
             elif word == "invoke":
                 lines += [*self._place(f"f{k}", WHOLE, rest[0]), *self._place(f"g{k}", WHOLE, rest[1]),
                           f"%c{k} = load i64, i64* %pf{k}", f"%h{k} = inttoptr i64 %c{k} to void (i64*, i64*)*",
@@ -129,9 +119,9 @@ class Writer:
                           f"call void %h{k}(i64* %e{k}, i64* %e{k})"]  # fmt: skip
             elif word == "require":
                 branches += 1
-                lines += [f"br i1 {_operand(rest[0])}, label %b{branches}, label %off", f"b{branches}:"]
+                lines += [f"br i1 {operand(rest[0])}, label %b{branches}, label %off", f"b{branches}:"]
             else:
-                lines.append(f"%s{k} = {self._sum(word, rest)}")
+                lines.append(f"%s{k} = {computed(word, rest, self.sums.kinds)}")
         for n, k in enumerate(self.taped):
             kind = sums.kinds[k]
             lines.append(f"%x{n} = getelementptr double, double* %tape, i64 {n}")
@@ -144,7 +134,7 @@ class Writer:
                     wide = f"%xz{n}"
                 lines += [f"%xi{n} = bitcast double* %x{n} to i64*", f"store i64 {wide}, i64* %xi{n}"]
         for n, (place, kind) in enumerate(self._results):
-            value = _operand(sums.memory[place])
+            value = operand(sums.memory[place])
             lines += [*self._place(f"o{n}", kind, place), f"store {kind} {value}, {kind}* %po{n}"]
         lines.append("ret i64 1")
         if branches:
@@ -233,13 +223,13 @@ class Writer:
             elif word == "load":
                 lines += self._load(k, rest[0], rest[1])
             else:
-                lines.append(f"%s{k} = {self._sum(word, rest)}")
+                lines.append(f"%s{k} = {computed(word, rest, self.sums.kinds)}")
         return lines
 
     def _share(self, text: _Lanes, k: int, word: str, rest: list[Any], n: int, g: str) -> str:
         """g times the derivative of step k by its argument n."""
-        a = _operand(rest[0])
-        b = _operand(rest[1]) if len(rest) > 1 else ""
+        a = operand(rest[0])
+        b = operand(rest[1]) if len(rest) > 1 else ""
         s = f"%s{k}"
         if word == "fadd":
             return g
@@ -254,7 +244,7 @@ class Writer:
                 return text.times(g, text.one("fdiv", "1.0", b))
             return text.times(g, text.one("fneg", text.one("fdiv", s, b)))
         if word == "select":
-            chosen = _operand(rest[0])
+            chosen = operand(rest[0])
             return text.chosen(chosen, g, None) if n == 1 else text.chosen(chosen, None, g)
         if word == "fabs":
             return text.times(g, text.call("copysign", "1.0", a))
@@ -324,35 +314,8 @@ class Writer:
     def _load(self, k: int, kind: str, place: Place) -> list[str]:
         return [*self._place(f"l{k}", kind, place), f"%s{k} = load {kind}, {kind}* %pl{k}"]
 
-    def _sum(self, word: str, rest: list[Any]) -> str:
-        if word in ("zext", "uitofp", "sitofp", "fptosi"):
-            return f"{word} {rest[0]} {_operand(rest[1])} to {rest[2]}"
-        if word == "icmp":
-            return f"icmp {rest[0]} {self.sums.kinds[rest[1].index]} {_operand(rest[1])}, {_operand(rest[2])}"
-        if word == "fcmp":
-            return f"fcmp {rest[0]} double {_operand(rest[1])}, {_operand(rest[2])}"
-        operands = list(map(_operand, rest))
-        if word in _OPERATIONS:
-            return f"{word} contract double {', '.join(operands)}"
-        if word == "add":
-            return f"add i64 {', '.join(operands)}"
-        if word in ("and", "or", "xor"):
-            return f"{word} {TRUTH} {', '.join(operands)}"
-        if word == "select":
-            return f"select i1 {operands[0]}, double {operands[1]}, double {operands[2]}"
-        return _called(word, operands)
-
     def _whole(self, lines: list[str]) -> str:
-        declared = [
-            *(f"declare double @llvm.{name}.f64({', '.join(['double'] * n)})" for name, n in _INTRINSICS.items()),
-            *(f"declare double @{name}({', '.join(['double'] * n)})" for name, n in _LIBRARY.items()),
-        ]
-        return "\n".join([*lines, "}", *declared])
-
-
-def _called(word: str, operands: list[str]) -> str:
-    name = f"llvm.{word}.f64" if word in _INTRINSICS else word
-    return f"call double @{name}({', '.join(f'double {operand}' for operand in operands)})"
+        return "\n".join([*lines, "}", *DECLARATIONS])
 
 
 class _Lanes:
@@ -375,7 +338,7 @@ class _Lanes:
 
     def call(self, word: str, *operands: str) -> str:
         """A function of plain numbers."""
-        return self._named(_called(word, list(operands)))
+        return self._named(called(word, list(operands)))
 
     def guarded(self, number: str, value: str) -> str:
         """A plain number, zero where another is not above zero."""
@@ -408,33 +371,6 @@ class _Lanes:
                 f"shufflevector {self._kind} {first}, {self._kind} undef, <{self._lanes} x i32> zeroinitializer"
             )
         return self._splats[number]
-
-
-def _machine(level: int) -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    return llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=level, jit=True
-    )
-
-
-def assembled(text: str, level: int = 1) -> bytes:
-    """The code of a text as an object file."""
-    module, machine = llvm.parse_assembly(text), _machine(level)
-    module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
-    return bytes(machine.emit_object(module))
-
-
-_engines: list[Any] = []
-
-
-def loaded(content: bytes) -> int:
-    """Its address in memory."""
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(0))
-    engine.add_object_file(llvm.ObjectFileRef.from_data(content))
-    engine.finalize_object()
-    _engines.append(engine)
-    return int(engine.get_function_address(ENTRY))
 
 
 def addresses(memories: list[int], places: Mapping[int, int] | list[int]) -> list[int]:

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from softhand.numerics import branches
-from softhand.numerics.blocks import Block, _strides
+from softhand.numerics.blocks import Block, strides_of
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.symbols import REAL, SMALL, TRUTH, WHOLE, NotStraightError, Place, Sums, Symbol
-from softhand.numerics.tracing import Traced, _Arrays, _Functions
+from softhand.numerics.tracing import Arrays, Functions, Traced, traced_function
 
 Meaning = Callable[..., Any]
 """What a function does on symbols: called with the `Followed` first."""
@@ -160,11 +160,11 @@ class View(Block):
         if -1 in wanted:
             known = -math.prod(wanted)
             wanted[wanted.index(-1)] = size // known if known else 0
-        if self.strides != _strides(self.dtype.itemsize, self.shape):
+        if self.strides != strides_of(self.dtype.itemsize, self.shape):
             raise NotStraightError("another shape of numbers that do not lie behind one another")
         fixed = None if self.fixed is None else self.fixed.reshape(wanted)
         return View(
-            self.sums, self.memory, self.begin, self.dtype, wanted, _strides(self.dtype.itemsize, wanted), fixed
+            self.sums, self.memory, self.begin, self.dtype, wanted, strides_of(self.dtype.itemsize, wanted), fixed
         )
 
     def ravel(self) -> View:
@@ -313,7 +313,7 @@ def _same(condition: Any) -> Any:
 _BRANCHES = {branches.seldom, branches.usually, branches.spared}
 
 
-class _Numpy(_Arrays):
+class _Numpy(Arrays):
     """numpy."""
 
     pi = math.pi
@@ -329,18 +329,11 @@ class _Numpy(_Arrays):
         return block
 
 
-def _function(name: str) -> Any:
-    def apply(x: Any) -> Any:
-        return x.sums.step(REAL, name, x) if isinstance(x, Symbol) else getattr(math, name)(x)
-
-    return staticmethod(apply)
-
-
-class _Math(_Functions):
+class _Math(Functions):
     """math."""
 
     e, tau = math.e, math.tau
-    log1p, asin, atan, sinh, cosh, tanh = map(_function, ("log1p", "asin", "atan", "sinh", "cosh", "tanh"))
+    log1p, asin, atan, sinh, cosh, tanh = map(traced_function, ("log1p", "asin", "atan", "sinh", "cosh", "tanh"))
 
     @staticmethod
     def fabs(x: Any) -> Any:

@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from softhand.numerics.assembling import processor
 from softhand.numerics.compiled import kernels_of
 from softhand.numerics.kept import File
+from softhand.numerics.llvm_text import processor
 
-_MAKERS = ("symbols", "blocks", "tracing", "assembling", "straight", "layouts")
+_MAKERS = ("symbols", "blocks", "tracing", "assembling", "llvm_text", "straight", "layouts")
 
 
 @cache

@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from softhand.numerics.addressed import Addressed
 from softhand.numerics.arrays import AnyArray
-from softhand.numerics.assembling import load, object_code
+from softhand.numerics.assembling import object_code
 from softhand.numerics.blocks import LARGEST_COUNT, is_structure
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import Layouts, numbers_in
+from softhand.numerics.llvm_text import loaded
 from softhand.numerics.symbols import NotStraightError, Place
 from softhand.numerics.tracing import Traced
 
@@ -154,7 +155,7 @@ def _found(function: Any, instances: Sequence[tuple[Any, ...]], fixed: Fixed, la
         known = _made(function, instances, fixed, layouts)
         store.keep(known)
     objects, codes = known
-    return _Codes(tuple(map(load, objects)), tuple(None if code is None else _Code(*code) for code in codes))
+    return _Codes(tuple(map(loaded, objects)), tuple(None if code is None else _Code(*code) for code in codes))
 
 
 def _told(key: Any) -> Any:

@@ -55,14 +55,14 @@ class Traced:
         """The function with the same text in which all that it calls works on symbols."""
         text = function.py_func
         if text not in self._texts:
-            names = {**text.__globals__, **_BUILTINS, "np": _Arrays(self)}
+            names = {**text.__globals__, **_BUILTINS, "np": Arrays(self)}
             self._texts[text] = FunctionType(text.__code__, names, text.__name__, text.__defaults__)
             for name in text.__code__.co_names:
                 called = text.__globals__.get(name)
                 if called is math:
-                    names[name] = _Functions
+                    names[name] = Functions
                 elif getattr(called, "__module__", "") == "math":
-                    names[name] = getattr(_Functions, name)
+                    names[name] = getattr(Functions, name)
                 elif callable(called) and called in _BRANCHES:
                     names[name] = _BRANCHES[called]
                 elif callable(called) and called in MEANINGS:
@@ -93,7 +93,7 @@ def _form(sums: Sums) -> tuple[list[Place], Any]:
     return list(known), (steps, results)
 
 
-class _Arrays:
+class Arrays:
     """numpy."""
 
     nan, inf = math.nan, math.inf
@@ -105,44 +105,52 @@ class _Arrays:
         raise NotStraightError(f"np.{name}")
 
     def zeros(self, shape: Any) -> Block:
+        """Room that is zero."""
         block = self.empty(shape)
         block[:] = 0.0
         return block
 
 
-def _function(name: str) -> Any:
+def traced_function(name: str) -> Any:
+    """A function of one number of `math`, which symbols may have too."""
+
     def apply(x: Any) -> Any:
         return x.sums.step(REAL, name, x) if isinstance(x, Symbol) else getattr(math, name)(x)
 
     return staticmethod(apply)
 
 
-class _Functions:
+class Functions:
     """math."""
 
     pi, inf, nan = math.pi, math.inf, math.nan
-    sqrt, sin, cos, tan, acos, atanh = map(_function, ("sqrt", "sin", "cos", "tan", "acos", "atanh"))
-    exp, expm1, log = map(_function, ("exp", "expm1", "log"))
+    sqrt, sin, cos, tan, acos, atanh = map(traced_function, ("sqrt", "sin", "cos", "tan", "acos", "atanh"))
+    exp, expm1, log = map(traced_function, ("exp", "expm1", "log"))
     radians = math.radians
 
     @staticmethod
     def atan2(y: Any, x: Any) -> Any:
+        """Of numbers or symbols."""
         return _pair("atan2", y, x)
 
     @staticmethod
     def hypot(x: Any, y: Any) -> Any:
-        return _Functions.sqrt(x * x + y * y)
+        """By its squares."""
+        return Functions.sqrt(x * x + y * y)
 
     @staticmethod
     def copysign(x: Any, y: Any) -> Any:
+        """Of numbers or symbols."""
         return _pair("copysign", x, y)
 
     @staticmethod
     def isnan(x: Any) -> Any:
+        """A truth, or a symbol of one."""
         return x._do("fcmp", "uno", x, 0.0, kind=TRUTH) if isinstance(x, Symbol) else math.isnan(x)
 
     @staticmethod
     def isfinite(x: Any) -> Any:
+        """Likewise."""
         return abs(x) < math.inf
 
 
