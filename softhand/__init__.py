@@ -42,13 +42,13 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.dampings.damping import Damping as Damping
     from softhand.derivatives.costs import FunctionCost as FunctionCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
-    from softhand.derivatives.gradient import Gradient as Gradient
     from softhand.derivatives.gradient import gradient as gradient
+    from softhand.derivatives.gradient_record import Gradient as Gradient
     from softhand.derivatives.linearization import ClosedLoop as ClosedLoop
     from softhand.derivatives.linearization import Linearization as Linearization
     from softhand.derivatives.linearize import linearize as linearize
     from softhand.derivatives.linearizer import Linearizer as Linearizer
-    from softhand.design.gains import GainDesign as GainDesign
+    from softhand.design.gain_design import GainDesign as GainDesign
     from softhand.design.gains import design_gains as design_gains
     from softhand.design.lqr import LqrDesign as LqrDesign
     from softhand.design.lqr import design_lqr as design_lqr
@@ -78,9 +78,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.holding.curve import SqueezeCurve as SqueezeCurve
     from softhand.holding.margin import SlipMargin as SlipMargin
     from softhand.holding.margin import slip_margin as slip_margin
+    from softhand.holding.push_record import WorstPush as WorstPush
     from softhand.holding.record import Squeeze as Squeeze
     from softhand.holding.squeeze import squeeze as squeeze
-    from softhand.holding.worst_push import WorstPush as WorstPush
     from softhand.holding.worst_push import worst_push as worst_push
     from softhand.identification.identify import Identification as Identification
     from softhand.identification.identify import identify as identify
@@ -142,10 +142,12 @@ _HOMES = {
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
     "dampings.damping": ("Damping",),
-    "design.gains": ("GainDesign", "design_gains"),
+    "design.gain_design": ("GainDesign",),
+    "design.gains": ("design_gains",),
     "design.lqr": ("LqrDesign", "design_lqr"),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
-    "derivatives.gradient": ("Gradient", "gradient"),
+    "derivatives.gradient": ("gradient",),
+    "derivatives.gradient_record": ("Gradient",),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
     "derivatives.linearize": ("linearize",),
     "derivatives.linearizer": ("Linearizer",),
@@ -167,7 +169,8 @@ _HOMES = {
     "holding.curve": ("SqueezeCurve",),
     "holding.record": ("Squeeze",),
     "holding.squeeze": ("squeeze",),
-    "holding.worst_push": ("WorstPush", "worst_push"),
+    "holding.push_record": ("WorstPush",),
+    "holding.worst_push": ("worst_push",),
     "identification.identify": ("Identification", "identify"),
     "laws.law": ("Law",),
     "plant.state": ("State",),

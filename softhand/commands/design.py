@@ -16,7 +16,7 @@ from softhand.commands.scenarios import chosen_scenario
 from softhand.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from softhand.design.gains import GainDesign
+    from softhand.design.gain_design import GainDesign
     from softhand.design.lqr import LqrDesign
 
 

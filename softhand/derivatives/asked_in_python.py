@@ -12,7 +12,8 @@ import numpy as np
 from softhand.closed_loop.feedback import numbers_of, rebuilt
 from softhand.controllers.controller import Controller
 from softhand.derivatives.parameters import Parameter
-from softhand.derivatives.taped_run import Shadowed, TapedRun
+from softhand.derivatives.shadowed import Shadowed
+from softhand.derivatives.taped_run import TapedRun
 from softhand.errors import ControllerError
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled

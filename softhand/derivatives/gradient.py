@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from threading import Lock
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,75 +19,21 @@ from softhand.controllers.controller import Controller
 from softhand.derivatives.asked_in_python import Given, InPython
 from softhand.derivatives.costs import Cost, FunctionCost, QuadraticCost, costs_of
 from softhand.derivatives.directions import Beside, Direction, moving_places
+from softhand.derivatives.gradient_record import Gradient
 from softhand.derivatives.outputs import Outputs
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
-from softhand.derivatives.switches import Crossing, crossings
-from softhand.derivatives.taped_run import LANES, LawNotFollowedError, Shadowed, TapedRun
+from softhand.derivatives.shadowed import LANES, Shadowed
+from softhand.derivatives.switches import crossings
+from softhand.derivatives.taped_run import LawNotFollowedError, TapedRun
 from softhand.errors import ScenarioError
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array, as_numbers
 from softhand.numerics.followed import offsets_of
-from softhand.numerics.record import Record
 from softhand.plugins import plugin_name
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.wording import show
 from softhand.simulation.keep import Keep
 from softhand.steppers.midpoint import Midpoint
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Gradient(Record):
-    """What a run costs, and its derivatives.
-
-    Attributes:
-        value: of the cost.
-        costs: of each term of it, by name.
-        parameters: names.
-        values: of the parameters.
-        parameter_units: of the parameters.
-        slopes: d cost / d parameter, in the unit of the cost over that of the parameter, shape (parameters,).
-        torque: d cost / d torque of each control period [1/(N m), 1/N], shape (periods, n); None without given torques.
-        joints: names along it.
-        switches: that the run crossed, see `Crossing`; the derivatives hold for runs that cross them at the same steps.
-        duration: of the run [s].
-        mode: `adjoint` or `tangent`.
-    """
-
-    units: ClassVar = {"duration": "s"}
-
-    value: float
-    costs: Mapping[str, float]
-    parameters: tuple[str, ...]
-    values: Array
-    parameter_units: tuple[str, ...]
-    slopes: Array
-    torque: Array | None
-    joints: tuple[str, ...]
-    switches: tuple[Crossing, ...]
-    duration: float
-    mode: str
-
-    def __getitem__(self, name: str) -> float:
-        """d cost / d parameter, by the name of the parameter or its last part."""
-        found = [k for k, one in enumerate(self.parameters) if name in (one, one.rsplit(".", 1)[-1])]
-        if len(found) != 1:
-            raise KeyError(f"no parameter {name!r}; there are: {', '.join(self.parameters)}")
-        return float(self.slopes[found[0]])
-
-    def rows(self) -> list[dict[str, Any]]:
-        """A row a parameter: name, value, unit, derivative, and what one percent more of it does to the cost."""
-        return [
-            {"parameter": name, "value": float(value), "unit": unit, "slope": float(slope),
-             "one percent": 0.01 * float(value) * float(slope)}
-            for name, value, unit, slope in zip(
-                self.parameters, self.values, self.parameter_units, self.slopes, strict=True
-            )
-        ]  # fmt: skip
-
-    def __repr__(self) -> str:
-        told = f"<Gradient: cost {self.value:.6g}, {len(self.parameters)} parameters"
-        told += f", {len(self.torque)} torques of {len(self.joints)} joints" if self.torque is not None else ""
-        return f"{told}, {len(self.switches)} switches crossed>"
 
 
 def gradient(
@@ -248,7 +194,7 @@ class _Work:
             raise ScenarioError("cost: its derivative is no number.", key="cost", value=costs)
         torque = None
         if mode == "adjoint":
-            shadowed = taped.shadows(1, "adjoint")
+            shadowed = Shadowed(taped, 1, "adjoint")
             shadowed.clear()
             shadowed.shadows.rows[...] = rows
             shadowed.pull(asked.pull(shadowed) if asked else None)
@@ -390,7 +336,7 @@ def _forwards(
     columns += own
     slopes: dict[str, float] = {}
     wrench: list[float] = []
-    shadowed = taped.shadows(LANES, "tangent")
+    shadowed = Shadowed(taped, LANES, "tangent")
     shadows = shadowed.shadows
     for first in range(0, len(columns), LANES):
         shadowed.clear()

@@ -24,14 +24,10 @@ from softhand.derivatives.tape import (
     KEEP,
     NEXT,
     NO_WAY,
-    SAMPLE,
     TAKE,
     WHY,
     Play,
-    Shadows,
     note,
-    pull,
-    push,
     record,
 )
 from softhand.errors import ScenarioError, SimulationStopped, SofthandError
@@ -55,8 +51,6 @@ from softhand.steppers.midpoint import begin_kick, kick, kick_drift, meet_contac
 _WAYS = 64
 """Most ways through one code."""
 _FIRST_TAPE = 1 << 20
-LANES = 8
-"""Of a tangent."""
 
 
 class LawNotFollowedError(Exception):
@@ -115,6 +109,7 @@ class TapedRun:
     Attributes:
         play: the run in the order of time.
         layouts: of all its arrays.
+        ways: that each code was followed along.
     """
 
     def __init__(
@@ -150,7 +145,7 @@ class TapedRun:
         self._meanings = meanings_of(self.plant, self._solvers)
         self._numbers = np.array(numbers_in(self.law._arguments)) if self.law is not None else np.zeros(0)
         self._codes = self._every_code(commands)
-        self._ways: list[list[Way]] = [[] for _ in self._codes]
+        self.ways: list[list[Way]] = [[] for _ in self._codes]
         order, period, starts = self._in_order(commands)
         self._still = still_memories(self._solvers, self.layouts)
         self._still |= {self.layouts.number_of(array)[0] for array in (self.m.at, self.plan.Theta)}
@@ -346,7 +341,7 @@ class TapedRun:
             )  # fmt: skip
         writer = Writer(followed.sums, Ways(self._constant, self.moving, self._still))
         words = np.array(addresses(writer.memories, self.layouts.places), dtype=np.int64)
-        self._ways[number].append(Way(writer, words))
+        self.ways[number].append(Way(writer, words))
         play.table[number, count] = self.code_of(number, count, writer.recording()), words.ctypes.data
         play.sizes[number, count] = len(writer.taped)
         play.ways[number] = count + 1
@@ -355,7 +350,7 @@ class TapedRun:
         """Machine code of the tangent or the adjoint of a way."""
         key = kind, lanes, number, way
         if key not in self._known:
-            writer = self._ways[number][way].writer
+            writer = self.ways[number][way].writer
             text = writer.adjoint() if kind == "adjoint" else writer.tangent(lanes)
             self._known[key] = self.code_of(number, way, text)
         return self._known[key]
@@ -379,90 +374,6 @@ class TapedRun:
                 body.pairs, body.bodies, self.plan.parts, self.plan.parts_between, self.plan.pushes.rows,
                 self.plan.pushes.moves,
                 *([] if self.law is None else _arrays(self.law._arguments[1])))  # fmt: skip
-
-    def shadows(self, lanes: int, kind: str) -> Shadowed:
-        """Room for derivatives, all zero, and the codes for them.
-
-        Args:
-            lanes: numbers beside one another.
-            kind: "tangent" or "adjoint".
-        """
-        return Shadowed(self, lanes, kind)
-
-
-class Shadowed:
-    """Derivatives of all numbers of a run.
-
-    Attributes:
-        arrays: shadow of each memory, shape (words, lanes).
-    """
-
-    def __init__(self, taped: TapedRun, lanes: int, kind: str) -> None:
-        self.taped, self.lanes = taped, lanes
-        play, layouts = taped.play, taped.layouts
-        for array in (play.now, play.command, play.block, play.torque, play.external):
-            layouts.number_of(array)
-        self.arrays = [np.zeros((-(-array.nbytes // 8), lanes)) for array in layouts.memories]
-        places = [array.ctypes.data for array in self.arrays]
-        table = np.zeros_like(play.table)
-        self._kept = []
-        for number, ways in enumerate(taped._ways):
-            for k, way in enumerate(ways):
-                words = np.concatenate([way.words, np.array(addresses(way.writer.memories, places), dtype=np.int64)])
-                table[number, k] = taped.slope_code(kind, lanes, number, k), words.ctypes.data
-                self._kept.append(words)
-        at = self.at
-        self.shadows = Shadows(
-            table=table,
-            desired=self._room(len(play.desired), play.now.size),
-            now=at(play.now),
-            commands=self._room(*play.commands.shape),
-            command=at(play.command),
-            block=at(play.block),
-            torque=at(play.torque),
-            external=at(play.external),
-            rows=self._room(*play.rows.shape),
-        )
-
-    def _room(self, rows: int, numbers: int) -> Array:
-        return np.zeros((rows, numbers * self.lanes))
-
-    def at(self, array: AnyArray) -> Array:
-        """The shadow of a contiguous array of numbers, its lanes behind one another, shape (numbers * lanes,)."""
-        number, begin = self.taped.layouts.number_of(array)
-        found: Array = self.arrays[number][begin // 8 : begin // 8 + array.nbytes // 8].reshape(-1)
-        return found
-
-    def clear(self) -> None:
-        """All zero."""
-        for array in self.arrays:
-            array[...] = 0.0
-        for array in (self.shadows.desired, self.shadows.commands, self.shadows.rows):
-            array[...] = 0.0
-
-    def push(self, asked: Callable[[int], None] | None = None) -> None:
-        """The tangent along the run."""
-        play, place = self.taped.play, np.array([self.taped.play.tape.ctypes.data])
-        play.progress[NEXT] = play.progress[SAMPLE] = 0
-        while True:
-            push(play, self.shadows, place, self.lanes)
-            if play.progress[WHY] != ASKED:
-                return
-            assert asked is not None
-            asked(int(play.progress[NEXT]))
-            play.progress[NEXT] += 1
-
-    def pull(self, asked: Callable[[int], None] | None = None) -> None:
-        """The adjoint against the run."""
-        play, place = self.taped.play, np.array([self.taped.play.tape.ctypes.data])
-        play.progress[NEXT], play.progress[SAMPLE] = len(play.order), len(play.rows)
-        while True:
-            pull(play, self.shadows, place)
-            if play.progress[WHY] != ASKED:
-                return
-            assert asked is not None
-            asked(int(play.progress[NEXT]) - 1)
-            play.progress[NEXT] -= 1
 
 
 def inputs_of(run: CompiledRun, numbers: Array) -> list[AnyArray]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any
 
 import numpy as np
 
@@ -16,16 +15,13 @@ from softhand.closed_loop.start import HeldStart
 from softhand.errors import GraspError, ScenarioError, SimulationStopped
 from softhand.holding.held import Held, held_there, look
 from softhand.holding.loads import directions
+from softhand.holding.push_record import Kind, Profile, WorstPush
 from softhand.holding.response import linear_reach, response
 from softhand.numerics.arrays import Array
-from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
-from softhand.numerics.table import html_table
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.guesses import did_you_mean
 
-Kind = Literal["force", "moment"]
-Profile = Literal["ramp", "step"]
 _KINDS, _PROFILES = ("force", "moment"), ("ramp", "step")
 _WAYS = {12: 0, 42: 1, 162: 2}
 _PILOT = 2.0  # [s] without a push, after which the grasp is taken as at rest
@@ -45,88 +41,6 @@ _SLIPS = 0.999  # use of the limit surface; a tip that slips is on it
 _NEAR = 0.2  # [rad] of the directions that are tried around the worst, first
 
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class WorstPush(Record):
-    """What pushes a grasp survives: no tip slips or lifts, and the run goes on.
-
-    Attributes:
-        kind: "force", through the centre of mass, or "moment".
-        profile: "ramp", grown without a jerk in 0.6 s and held for 0.3 s; or "step", all at once and held for 0.5 s,
-            where the overshoot counts.
-        directions: unit vectors in base axes, shape (directions, 3).
-        sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
-        ends: what ended each, in words.
-        linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,).
-        worst: the smallest of `sizes` [N or N m], whose neighbours are survived as well.
-        worst_direction: shape (3,).
-        worst_end: what ends it.
-        friction: the least mu of each contact with which the start holds, all lowered alike, and the mu there is, shape
-            (nc, 2).
-        mass: least and largest mass of the object of which the controller does not know, it counting with `mass_known`
-            [kg], shape (2,); NaN for moments and steps.
-        mass_known: [kg].
-        contacts: names.
-        controller: name.
-        runs: that were simulated.
-    """
-
-    units: ClassVar = {
-        "directions": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
-        "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
-    }  # fmt: skip
-
-    kind: str
-    profile: str
-    directions: Array
-    sizes: Array
-    ends: tuple[str, ...]
-    linear: Array
-    worst: float
-    worst_direction: Array
-    worst_end: str
-    friction: Array
-    mass: Array
-    mass_known: float
-    contacts: tuple[str, ...]
-    controller: str
-    runs: int
-
-    def __repr__(self) -> str:
-        return f"<WorstPush: {'; '.join(': '.join(row) for row in self.rows())}>"
-
-    def _repr_html_(self) -> str:
-        """The table of the command, for a notebook."""
-        return html_table("Worst push", ("", ""), self.rows())
-
-    @property
-    def unit(self) -> str:
-        """Of the sizes."""
-        return "N" if self.kind == "force" else "N m"
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Label and value."""
-        what = "force through the centre of mass" if self.kind == "force" else "moment"
-        how = "grown slowly, in 0.6 s" if self.profile == "ramp" else "all at once, held for 0.5 s"
-        k = int(np.argmax(self.sizes))
-        mu = ", ".join(f"{least:.3g} of {now:g}" for least, now in self.friction)
-        rows = [
-            ("push", f"{what}, {how}, under {self.controller}"),
-            ("worst", f"{self.worst:.3g} {self.unit} along {_way(self.worst_direction)}; then {self.worst_end}"),
-            ("best", f"{self.sizes[k]:.3g} {self.unit} along {_way(self.directions[k])}; then {self.ends[k]}"),
-            ("worst by the linear answer", f"{np.min(self.linear):.3g} {self.unit} along "
-             f"{_way(self.directions[int(np.argmin(self.linear))])}"),
-            ("least friction without push", mu),
-        ]  # fmt: skip
-        if np.all(np.isfinite(self.mass)):
-            rows.append(
-                (
-                    "mass that it survives",
-                    f"{self.mass[0]:.3g} to {self.mass[1]:.3g} kg, counting with {self.mass_known:g}",
-                )
-            )
-        return [*rows, ("directions, runs", f"{len(self.directions)}, {self.runs}")]
 
 
 def worst_push(
@@ -408,7 +322,3 @@ def _around(way: Array, width: float) -> Array:
     two, turns = np.cross(way, one), np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)[:, None]
     found: Array = np.cos(width) * way + np.sin(width) * (np.cos(turns) * one + np.sin(turns) * two)
     return found
-
-
-def _way(direction: Sequence[float] | Array) -> str:
-    return "(" + ", ".join(f"{value + 0.0:.2f}" for value in np.round(direction, 2)) + ")"

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from softhand.derivatives.gradient import Gradient
+from softhand.derivatives.gradient_record import Gradient
 from softhand.plots.panels import draw_note, draw_title, new_figure
 from softhand.plots.style import FINGERS, STYLE
 

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 
 from softhand.holding.curve import SqueezeCurve
 from softhand.holding.margin import SlipMargin
-from softhand.holding.worst_push import WorstPush
+from softhand.holding.push_record import WorstPush
 from softhand.plots.panels import draw_legend, draw_note, draw_title, finish, from_top, new_figure, panel
 from softhand.plots.style import DASHED, FINGERS, STYLE, WARNING, finger_color
 
