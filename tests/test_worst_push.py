@@ -15,8 +15,8 @@ from numpy.testing import assert_allclose
 
 import softhand
 from softhand.holding.held import held_there, look
-from softhand.holding.response import linear_reach, response
 from softhand.holding.push_record import WorstPush
+from softhand.holding.response import linear_reach, response
 from softhand.holding.worst_push import pushes, worst_push
 
 DAMPED = {"name": "kelvin-voigt", "radial": 1.0, "tangential": 1.0, "torsional": 1e-4}
