@@ -28,6 +28,7 @@ class WorstPush(Record):
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
         linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,).
+        along: how many of the directions, the first, were asked for beside the usual ones.
         worst: the smallest of `sizes` [N or N m], whose neighbours are survived as well.
         worst_direction: shape (3,).
         worst_end: what ends it.
@@ -52,6 +53,7 @@ class WorstPush(Record):
     sizes: Array
     ends: tuple[str, ...]
     linear: Array
+    along: int
     worst: float
     worst_direction: Array
     worst_end: str
@@ -80,8 +82,10 @@ class WorstPush(Record):
         how = "grown slowly, in 0.6 s" if self.profile == "ramp" else "all at once, held for 0.5 s"
         k = int(np.argmax(self.sizes))
         mu = ", ".join(f"{least:.3g} of {now:g}" for least, now in self.friction)
-        rows = [
-            ("push", f"{what}, {how}, under {self.controller}"),
+        rows = [("push", f"{what}, {how}, under {self.controller}")]
+        for way, size, end in zip(self.directions[: self.along], self.sizes, self.ends, strict=False):
+            rows.append((f"along {_way(way)}", f"{size:.3g} {self.unit}; then {end}"))
+        rows += [
             ("worst", f"{self.worst:.3g} {self.unit} along {_way(self.worst_direction)}; then {self.worst_end}"),
             ("best", f"{self.sizes[k]:.3g} {self.unit} along {_way(self.directions[k])}; then {self.ends[k]}"),
             ("worst by the linear answer", f"{np.min(self.linear):.3g} {self.unit} along "
