@@ -21,7 +21,7 @@ from softhand.simulation.keep import Keep
 
 _KEPT = ("limit_surface_use", "contact_force", "is_slipping")
 _EVERY = 0.005  # [s] between samples
-_LOOKS = 0.05  # [s] between two looks at whether a run is lost already
+_LOOKS = 0.1  # [s] between two looks at whether a run is lost already
 _SLIPS = 0.999  # use of the limit surface; a tip that slips is on it
 
 
