@@ -27,7 +27,8 @@ class WorstPush(Record):
         directions: unit vectors in base axes, shape (directions, 3).
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
-        linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,).
+        linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,); NaN where the
+            torque depends on a sum over time, which has no value at rest.
         along: how many of the directions, the first, were asked for beside the usual ones.
         worst: the smallest of `sizes` [N or N m], whose neighbours are survived as well.
         worst_direction: shape (3,).
@@ -43,7 +44,7 @@ class WorstPush(Record):
     """
 
     units: ClassVar = {
-        "directions": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
+        "directions": "1", "along": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
         "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
     }  # fmt: skip
 
@@ -88,10 +89,9 @@ class WorstPush(Record):
         rows += [
             ("worst", f"{self.worst:.3g} {self.unit} along {_way(self.worst_direction)}; then {self.worst_end}"),
             ("best", f"{self.sizes[k]:.3g} {self.unit} along {_way(self.directions[k])}; then {self.ends[k]}"),
-            ("worst by the linear answer", f"{np.min(self.linear):.3g} {self.unit} along "
-             f"{_way(self.directions[int(np.argmin(self.linear))])}"),
+            ("worst by the linear answer", self._linear()),
             ("least friction without push", mu),
-        ]  # fmt: skip
+        ]
         if np.all(np.isfinite(self.mass)):
             rows.append(
                 (
@@ -100,6 +100,12 @@ class WorstPush(Record):
                 )
             )
         return [*rows, ("directions, runs", f"{len(self.directions)}, {self.runs}")]
+
+    def _linear(self) -> str:
+        k = int(np.argmin(self.linear))
+        if np.isnan(self.linear[k]):
+            return f"none: the torque of {self.controller} depends on a sum over time"
+        return f"{self.linear[k]:.3g} {self.unit} along {_way(self.directions[k])}"
 
 
 def _way(direction: Sequence[float] | Array) -> str:

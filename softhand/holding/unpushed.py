@@ -40,6 +40,7 @@ def unpushed(scenario: Scenario) -> Unpushed:
     """
     stays = scenario.replace({"reference": {"kind": "hold"}, "push": [], "record": {}, "duration": _PILOT})
     start = look(scenario)
+    _must_press(start)
     held = held_there(start)
     _must_hold(held)
     names = ("contact_force", "limit_surface_use", "is_slipping")
@@ -57,6 +58,17 @@ def unpushed(scenario: Scenario) -> Unpushed:
     run = simulate(stays)
     start = look(run, float(run.time[-1]))
     return Unpushed(stays, start, held_there(start), max(float(run.time[np.flatnonzero(away)[-1]]), _QUIET))
+
+
+def _must_press(start: HeldStart) -> None:
+    observed = start.probe.at(start.state, start.time)
+    apart = [name for name, row in zip(observed.tip_names, observed.contact_force, strict=True) if not row[2] > 0.0]
+    if apart:
+        raise GraspError(
+            f"{', '.join(apart)}: not pressing on the object at the start, so that there is no grasp to push; set "
+            "grasp.opening = 0 for a start that holds.",
+            finger=apart[0], quantity="normal force", value=0.0,
+        )  # fmt: skip
 
 
 def _must_hold(held: Held) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand.errors import ScenarioError
+from softhand.errors import ControllerError, GraspError, ScenarioError
 from softhand.holding.edge import NOTHING
 from softhand.holding.held import Held
 from softhand.holding.loads import directions
@@ -40,7 +40,7 @@ def worst_push(
     """The largest push in each direction that the start of a scenario survives under its controller.
 
     The reference is held at the start, or where the controller has come to rest. How the contact forces answer is
-    linear near rest, `linear`; that tells how far to push. Then each direction is pushed in the compiled loop with all
+    linear near rest, `linear`; that tells how far to push first. Then each direction is pushed in the compiled loop with all
     that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what lets no tip
     slip or lift and does not end the run. A push that is lost tells by what it had borne where to go on. Between the
     directions, where the linear bound and the edges beside promise less than the worst, others are tried.
@@ -60,22 +60,22 @@ def worst_push(
     Raises:
         GraspError: the start does not hold, or no tip touches.
         ScenarioError: an argument cannot be used.
-        ControllerError: the torque depends on a sum over time, which has no value at rest.
     """
     _check(kind, profile, count)
     asked = _unit_vectors(along)
     grasp = unpushed(as_scenario(scenario))
     held = grasp.held
-    linear, use = _linear(held, response(grasp.start), kind), float(np.max(held.limit_use))
+    linear, use = _linear(grasp, kind), float(np.max(held.limit_use))
     weight = float(np.linalg.norm(held.gravity))
     has_mass = kind == "force" and profile == "ramp" and weight > 0.0
     ways, n = np.vstack([asked, directions(_LEVELS[count])]), len(asked)
     down = held.gravity[None] / weight if has_mass else np.zeros((0, 3))
     with Pushing(_made(grasp, kind, profile), threads, progress) as pushing:
-        search = PushSearch(pushing, lambda some: _finite(linear(some), held), use, _FIRST[profile])
+        _must_last(pushing)
+        search = PushSearch(pushing, _finite(linear, held, kind), use, _FIRST[profile])
         every = np.vstack([ways, down, -down])
         edges = search.edges(every, [*range(n), *range(len(ways), len(every))])
-        edges, (more, less) = edges[: len(ways)], [edge.low for edge in edges[len(ways) :]] or (np.nan, np.nan)
+        edges, (more, less) = edges[: len(ways)], [edge.low / weight for edge in edges[len(ways) :]] or (np.nan, np.nan)
         others, beside = search.between(ways, edges)
     ways, edges = np.vstack([ways, others]), [*edges, *beside]
     sizes = np.array([edge.low for edge in edges])
@@ -84,7 +84,7 @@ def worst_push(
         kind=kind, profile=profile, directions=ways, sizes=sizes, ends=tuple(edge.end or NOTHING for edge in edges),
         linear=linear(ways), worst=float(sizes[k]), worst_direction=ways[k], worst_end=edges[k].end or NOTHING,
         along=n, friction=np.column_stack([use * held.friction, held.friction]),
-        mass=np.array([max(held.mass - less / weight, 0.0), held.mass + more / weight]), mass_known=held.mass,
+        mass=np.array([max(held.mass - less, 0.0), held.mass + more]), mass_known=held.mass,
         contacts=held.tips, controller=grasp.scenario.controller.name, runs=pushing.runs,
     )  # fmt: skip
 
@@ -115,23 +115,45 @@ def _unit_vectors(along: Sequence[Sequence[float]] | Array) -> Array:
     return found
 
 
-def _linear(held: Held, by_wrench: tuple[Array, Array], kind: str) -> Callable[[Array], Array]:
-    """The bound of the linear answer along ways of three numbers."""
+def _must_last(pushing: Pushing) -> None:
+    """To the end of a run whose push is nothing."""
+    trial = pushing.map(lambda run: run.push(np.zeros(3)), [()])[0]
+    if trial.end:
+        raise GraspError(
+            f"the grasp does not last without any push: {trial.end} at t = {trial.time:g} s; softhand check tells "
+            "whether the loop grows by itself.",
+            quantity="run", value=trial.time,
+        )  # fmt: skip
+
+
+def _linear(grasp: Unpushed, kind: str) -> Callable[[Array], Array]:
+    """The bound of the linear answer along ways of three numbers; NaN where the controller has none."""
+    try:
+        by_wrench = response(grasp.start)
+    except ControllerError:
+        return lambda ways: np.full(len(ways), np.nan)
 
     def reach(ways: Array) -> Array:
         wrenches = np.zeros((len(ways), 6))
         wrenches[:, :3] = ways if kind == "force" else 0.0
         wrenches[:, 3:] = ways if kind == "moment" else 0.0
-        return linear_reach(held, by_wrench, wrenches)
+        return linear_reach(grasp.held, by_wrench, wrenches)
 
     return reach
 
 
-def _finite(linear: Array, held: Held) -> Array:
-    """What to begin with where the linear answer has no bound, or holds nothing."""
-    known = linear[np.isfinite(linear) & (linear > 0.0)]
-    usual = np.median(known) if len(known) else float(held.friction @ held.force[2::3])
-    return np.where(np.isfinite(linear) & (linear > 0.0), linear, usual)
+def _finite(linear: Callable[[Array], Array], held: Held, kind: str) -> Callable[[Array], Array]:
+    """The same, with something to begin with where there is no bound, or nothing holds."""
+    every = linear(directions(_LEVELS[42]))
+    known = every[np.isfinite(every) & (every > 0.0)]
+    friction = float(held.friction @ held.force[2::3])
+    usual = float(np.median(known)) if len(known) else friction * (1.0 if kind == "force" else held.length)
+
+    def bound(ways: Array) -> Array:
+        found = linear(ways)
+        return np.where(np.isfinite(found) & (found > 0.0), found, usual)
+
+    return bound
 
 
 def pushes(
