@@ -15,13 +15,13 @@ from hands import BOX_URDF
 
 import softhand
 from softhand.collision.collisions import with_collisions
-from softhand.commands.simulate import _save
-from softhand.recording.events import events_as_text, find_events
 from softhand.collision.distances import distance
 from softhand.collision.search import Search
 from softhand.collision.shapes import SoftBall, outside
 from softhand.collision.solids import Solid
+from softhand.commands.simulate import _save
 from softhand.model.urdf.geometry import Geometry
+from softhand.recording.events import events_as_text, find_events
 from softhand.recording.recording import Recording
 
 Array = np.ndarray

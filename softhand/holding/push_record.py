@@ -44,8 +44,8 @@ class WorstPush(Record):
     """
 
     units: ClassVar = {
-        "directions": "1", "along": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
-        "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
+        "directions": "1", "along": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m",
+        "worst_direction": "1", "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
     }  # fmt: skip
 
     kind: str

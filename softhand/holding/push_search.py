@@ -13,7 +13,7 @@ from softhand.holding.pushing import Pushing
 from softhand.numerics.arrays import Array
 
 CLOSE = 0.02
-"""Of the smaller of two pushes, so near to each other, one is survived and one is lost, in the directions that count."""
+"""In the directions that count one push is survived and one, by no more than this share larger, is lost."""
 
 _COARSE = 12  # directions that are pushed from the bound on; the others begin by what these promise
 _FIRST = 1.03  # times that

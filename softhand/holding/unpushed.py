@@ -10,7 +10,7 @@ from softhand.assembly.build import simulate
 from softhand.batch.rollout import rollout
 from softhand.batch.run import FINISHED
 from softhand.closed_loop.start import HeldStart
-from softhand.errors import GraspError, SimulationStopped
+from softhand.errors import GraspError
 from softhand.holding.held import Held, held_there, look
 from softhand.numerics.arrays import Array
 from softhand.scenario.scenario import Scenario

@@ -40,10 +40,10 @@ def worst_push(
     """The largest push in each direction that the start of a scenario survives under its controller.
 
     The reference is held at the start, or where the controller has come to rest. How the contact forces answer is
-    linear near rest, `linear`; that tells how far to push first. Then each direction is pushed in the compiled loop with all
-    that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what lets no tip
-    slip or lift and does not end the run. A push that is lost tells by what it had borne where to go on. Between the
-    directions, where the linear bound and the edges beside promise less than the worst, others are tried.
+    linear near rest, `linear`; that tells how far to push first. Then each direction is pushed in the compiled loop
+    with all that is not linear: the object moves, tips roll and slip, torques end at their limits. Survived is what
+    lets no tip slip or lift and does not end the run. A push that is lost tells by what it had borne where to go on.
+    Between the directions, where the linear bound and the edges beside promise less than the worst, others are tried.
 
     A ramp grows without a jerk in 0.6 s and is held for 0.3 s: slow beside the motions of the loop, so that the answer
     is nearly that of rest. A step is worse, as the object overshoots.
@@ -70,7 +70,7 @@ def worst_push(
     has_mass = kind == "force" and profile == "ramp" and weight > 0.0
     ways, n = np.vstack([asked, directions(_LEVELS[count])]), len(asked)
     down = held.gravity[None] / weight if has_mass else np.zeros((0, 3))
-    with Pushing(_made(grasp, kind, profile), threads, progress) as pushing:
+    with Pushing(pushed_run_of(grasp, kind, profile), threads, progress) as pushing:
         _must_last(pushing)
         search = PushSearch(pushing, _finite(linear, held, kind), use, _FIRST[profile])
         every = np.vstack([ways, down, -down])
@@ -176,12 +176,12 @@ def pushes(
     """
     _check(kind, profile, min(_LEVELS))
     grasp = unpushed(as_scenario(scenario))
-    with Pushing(_made(grasp, kind, profile), threads, None) as pushing:
+    with Pushing(pushed_run_of(grasp, kind, profile), threads, None) as pushing:
         trials = pushing.map(lambda run, push: run.push(push), [(push,) for push in sizes[:, None] * ways])
     return np.array([bool(trial.end) for trial in trials])
 
 
-def _made(grasp: Unpushed, kind: Kind, profile: Profile) -> Callable[[Callable[[], bool]], PushedRun]:
+def pushed_run_of(grasp: Unpushed, kind: Kind, profile: Profile) -> Callable[[Callable[[], bool]], PushedRun]:
     """Makes runs that stop where a function says so."""
     world, quiet = grasp.start.probe.plant.world, grasp.quiet
     course = Course.of(quiet, _RAMP, _STAIRS, _REST) if profile == "ramp" else Course.of(quiet, 0.0, 1, _STEP)
