@@ -37,7 +37,10 @@ class Edge:
         self.low, self.high, self.end, self.guess = 0.0, float("inf"), "", float("inf")
 
     def find(self, push: Try, first: float) -> None:
-        """Push so much, more if it is survived, less until one is."""
+        """Push so much, more until one is lost, then less until one is survived.
+
+        That is 14 % below one that is lost, or 7 % below what it had borne.
+        """
         size, share = first, self.look(push, first)
         for _ in range(_FARTHER):
             if self.end:
@@ -45,10 +48,12 @@ class Edge:
             size = _MORE * self.guess
             share = self.look(push, size)
         for _ in range(_TRIES if self.end else 0):
-            if self.low:
-                break
             size *= _BELOW * share if 0.0 < share < _KNOWN else _LESS
+            if size <= self.low:
+                break
             share = self.look(push, size)
+            if self.low == size:
+                break
 
     def close(self, push: Try, tolerance: float) -> None:
         """Push between the two, until no more than this share of the smaller is between them, or is promised."""

@@ -38,13 +38,18 @@ class PushSearch:
         self._between = Between(bound)
 
     def edges(self, ways: Array, asked: list[int]) -> list[Edge]:
-        """Of each way; close brackets of those asked for and of the few worst others."""
+        """Of each way; close brackets of those asked for, of the few worst others, and of all below these."""
         begin, later = ways[:_COARSE], ways[_COARSE:]
         edges = self._pushing.map(self._find, list(zip(begin, self._first * self._bound(begin), strict=True)))
         promised = self._between.promised(later, begin, np.array([edge.guess for edge in edges]))
         edges += self._pushing.map(self._find, list(zip(later, _FIRST * promised, strict=True)))
         others = [int(k) for k in np.argsort([edge.guess for edge in edges]) if k not in asked]
-        self._pushing.map(self._close, [(ways[k], edges[k]) for k in [*asked, *others[:_FEW]]])
+        chosen, closed = [*asked, *others[:_FEW]], set()
+        while chosen:
+            self._pushing.map(self._close, [(ways[k], edges[k]) for k in chosen])
+            closed |= {*chosen}
+            least = min(edges[k].low for k in closed)
+            chosen = [k for k, edge in enumerate(edges) if k not in closed and edge.low < least]
         return edges
 
     def between(self, ways: Array, edges: list[Edge]) -> tuple[Array, list[Edge]]:
