@@ -42,8 +42,9 @@ class Between:
             most: of the directions.
         """
         promised = _promised(self._bounds, self._ways, known, edges / self._bound(known))
-        far, found = np.max(self._ways @ known.T, axis=1) < np.cos(_APART), []
-        for k in np.argsort(promised):
+        far = np.max(self._ways @ known.T, axis=1) < np.cos(_APART)
+        found: list[int] = []
+        for k in np.argsort(promised).tolist():
             if promised[k] >= below or len(found) == most:
                 break
             if far[k] and all(self._ways[k] @ self._ways[other] < np.cos(_APART) for other in found):
