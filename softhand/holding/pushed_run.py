@@ -38,8 +38,8 @@ class Course(NamedTuple):
     @classmethod
     def of(cls, quiet: float, rise: float, stairs: int, rest: float) -> Course:
         """After a quiet time [s], without a jerk in so many stairs, 10 s^3 - 15 s^4 + 6 s^5, and a rest of it [s]."""
-        s: Array = (np.arange(stairs) + 1.0) / stairs
-        begins: Array = quiet + rise / stairs * np.arange(stairs)
+        s = np.arange(1.0, stairs + 1.0, dtype=np.float64) / stairs
+        begins = quiet + rise / stairs * np.arange(stairs, dtype=np.float64)
         return cls(begins, s**3 * (10.0 - 15.0 * s + 6.0 * s**2), quiet + rise + rest)
 
     def before(self, time: float) -> float:
