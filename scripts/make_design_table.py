@@ -1,10 +1,12 @@
-"""Target A with the paper's gains and with designed ones: the table of docs/design.md.
+"""Target A with the paper's gains and with designed ones: the tables of docs/design.md.
 
-Each is held at the start of target A, nudged by 1e-6 rad/s, for as long as is asked for.
+Each is held at the start of target A, nudged by 1e-6 rad/s, for as long as is asked for. The second table is the growth
+of the linear loop there, with more and less damping at the object.
 
 Examples:
-    python scripts/make_design_table.py                 # 600 s each, prints the table
+    python scripts/make_design_table.py                 # 600 s each, prints the tables
     python scripts/make_design_table.py --seconds 20
+    python scripts/make_design_table.py --seconds 0     # the second alone, in seconds
 """
 
 from __future__ import annotations
@@ -18,7 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import softhand
+from softhand.controllers.object_impedance import ObjectImpedance
+from softhand.design.effective import effective
+from softhand.design.families import first_knobs, with_knobs
 from softhand.margins.delay import delay_margin
+from softhand.margins.loop import close_loop
+from softhand.margins.place import find_place
 
 NUDGE = 1e-6  # [rad/s] of the first joint
 WAYS = (("regulation", 4.0, 0.2), ("object-impedance", 4.0, 0.2), ("computed-torque", 4.0, 0.2))
@@ -94,7 +101,34 @@ def table(found: list[Row]) -> str:
     return "\n".join(lines)
 
 
+SHARES = (1.0, 0.2, 0.05, 0.0)
+DAMPED = tuple((4.0, zeta) for zeta in (0.2, 0.3, 0.5, 0.7))
+"""Of 2 zeta omega M; bandwidth [Hz] and damping ratio."""
+
+
+def growths(bandwidth: float, damping: float) -> list[float]:
+    """Of object impedance at the start of target A with these shares of D = 2 zeta omega M [1/s]."""
+    place, omega = find_place(softhand.load_scenario("target-a")), 2.0 * math.pi * bandwidth
+    felt = effective(place)
+    knobs, whole = first_knobs(ObjectImpedance(), felt, omega, damping), 2.0 * damping * omega * np.diag(felt.inertia)
+    loops = [with_knobs(ObjectImpedance(), felt, knobs._replace(damping=share * whole)) for share in SHARES]
+    return [close_loop(place.with_controller(controller)).growth for controller in loops]
+
+
+def damping_table() -> str:
+    """As Markdown."""
+    lines = ["| Bandwidth, damping ratio | " + " | ".join(f"{share:g} D" for share in SHARES) + " |",
+             "|---" * (1 + len(SHARES)) + "|"]  # fmt: skip
+    for bandwidth, damping in DAMPED:
+        cells = " | ".join(f"{growth:+.2g}" for growth in growths(bandwidth, damping))
+        lines.append(f"| {bandwidth:g} Hz, {damping:g} | {cells} |")
+    return "\n".join(lines)
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=600.0, help="of each run [s]")
-    print(table(rows(parser.parse_args().seconds)))
+    seconds = parser.parse_args().seconds
+    if seconds > 0.0:
+        print(table(rows(seconds)), end="\n\n")
+    print(damping_table())

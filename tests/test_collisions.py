@@ -19,7 +19,9 @@ from softhand.collision.distances import distance
 from softhand.collision.search import Search
 from softhand.collision.shapes import SoftBall, outside
 from softhand.collision.solids import Solid
+from softhand.commands.simulate import _save
 from softhand.model.urdf.geometry import Geometry
+from softhand.recording.events import events_as_text, find_events
 from softhand.recording.recording import Recording
 
 Array = np.ndarray
@@ -275,6 +277,21 @@ def test_collisions_are_events() -> None:
     (event,) = with_collisions(recorded(hand_text(), SWING, **table(HEIGHT)), [])
     assert (event.kind, event.finger, event.time) == ("collision", "left_finger", pytest.approx(0.129))
     assert event.text == "with table, until 0.271 s, at most 18 mm deep at 0.2 s"
+
+
+def test_what_simulate_writes_has_collisions_among_its_events(tmp_path: Path) -> None:
+    """In the order of time, once, beside those that the arrays tell; without any the file stays as it is."""
+    run = recorded(hand_text(), SWING, **table(HEIGHT))
+    run.attributes["events"] = events_as_text(find_events(run))
+    assert "collision" not in run.attributes["events"]
+    _save(run, tmp_path, plot=False)
+    events = json.loads(softhand.Recording.load(tmp_path / "run.nc").attributes["events"])
+    assert [event["finger"] for event in events if event["kind"] == "collision"] == ["left_finger"]
+    assert [event["time"] for event in events] == sorted(event["time"] for event in events)
+    (tmp_path / "clear").mkdir()
+    clear = recorded(hand_text(), 0.2 * SWING, **table(HEIGHT))
+    _save(clear, tmp_path / "clear", plot=False)
+    assert "collision" not in str(softhand.Recording.load(tmp_path / "clear" / "run.nc").attributes)
 
 
 def test_wrong_questions() -> None:

@@ -330,6 +330,11 @@ def test_designed_gains_hold_target_a_where_those_of_the_paper_do_not(tmp_path: 
     assert found.growth < -1.0 and found.held == 4.0 and found.strayed < 1e-8 and found.speed < 1e-6
 
 
+def test_damping_at_the_object_makes_the_loop_grow_as_the_page_says() -> None:
+    """The second table, each figure to its digits."""
+    assert script().damping_table() in (REPOSITORY / "docs/design.md").read_text()
+
+
 @pytest.mark.long
 def test_the_table_of_the_page() -> None:
     """Growth, delay and the loss of the box as docs/design.md has them; the designed gains hold for 600 s."""

@@ -88,7 +88,7 @@ def rollout(
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
     for each in scenarios:
         check_variables("variables", names, each.sensing, each.actuation)
-    count = _threads(threads)
+    count = thread_count(threads)
     must_fit(scenarios, keeps)
     resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()
     done: dict[int, _Done] = {}
@@ -143,7 +143,8 @@ class _Done(NamedTuple):
 _NOT_BEGUN = _Done(Outcome("interrupted", 0.0, "not begun"), {}, {}, False)
 
 
-def _threads(threads: int | None) -> int:
+def thread_count(threads: int | None) -> int:
+    """Threads that work at the same time: as many as there are processors if not given."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:

@@ -234,14 +234,17 @@ class CompiledRun:
     def become(self, setup: Setup, keep: Keep) -> bool:
         """Be another run that differs in numbers alone, ready to go: in the same memory, and as if it were new.
 
-        Making one run ready takes milliseconds, which go into memory and code; this takes a tenth of it.
+        Making one run ready takes milliseconds, which go into memory and code; this takes a tenth of it, and the same
+        setup again still less. What is in `plan.pushes` stays there with it.
 
         Returns:
             False where the two differ in more; then this run is of no use.
         """
         if self.law is None or keep != self.keep or _times(setup) != _times(self._setup):
             return False
-        if not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
+        if setup is self._setup:
+            self.plant.forget()
+        elif not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
             return False
         if not self._become_between(setup):
             return False
@@ -253,7 +256,7 @@ class CompiledRun:
         self._follow(setup)
         if self._motion.now.size + self._motion.twist.size != plan.now.size:
             return False
-        self._setup = setup
+        is_other, self._setup = setup is not self._setup, setup
         plan.now[:] = self.table(0, 0)[0, 1:]
         observation = self._observe()
         with _blamed(setup.controller):
@@ -261,8 +264,9 @@ class CompiledRun:
                 return False
         self._forget()
         plan.effort_limit[:] = self.observation.effort_limit
-        for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
-            array[...] = new
+        if is_other:
+            for array, new in zip(plan.pushes, _pushes(setup, self.plant), strict=True):
+                array[...] = new
         return True
 
     def _follow(self, setup: Setup) -> None:
@@ -306,15 +310,15 @@ class CompiledRun:
         self._straight = self._straight_code()
         self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
 
-    def go(self, is_stopped: Callable[[], bool]) -> Result:
-        """Run to the end, or until somebody says stop, which is asked every 500 control periods."""
+    def go(self, is_stopped: Callable[[], bool], periods: int = PERIODS) -> Result:
+        """Run to the end, or until somebody says stop, which is asked every so many control periods, at most 500."""
         progress, period = self.plan.progress, self._setup.asked.control_period
         while progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
             if is_stopped():
                 return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
             first = int(progress[NEXT])
-            progress[LIMIT] = first + PERIODS
-            rows = self.table(first, min(first + PERIODS - 1, int(progress[LAST])))
+            progress[LIMIT] = first + periods
+            rows = self.table(first, min(first + periods - 1, int(progress[LAST])))
             self.plan.desired[: len(rows)] = rows
             self._periods()
         if progress[FAULT] == HEALTHY:

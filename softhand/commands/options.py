@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -133,3 +134,14 @@ OutFile = Annotated[
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors, and JSON if it is asked for.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, with units, in place of tables.")]
+
+
+def numbers(option: str, text: str, count: int, factor: float = 1.0) -> list[float]:
+    """So many numbers with commas between them."""
+    try:
+        values = [factor * float(word) for word in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise typer.BadParameter(f"got {text!r}; give {count} numbers with commas between them.", param_hint=option)
+    return values

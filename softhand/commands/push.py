@@ -8,7 +8,7 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
-from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioName, Set, numbers
 from softhand.commands.places import check_figure, figure_of, name_of
 from softhand.commands.scenarios import chosen_scenario
 
@@ -24,6 +24,10 @@ def push(
         bool, typer.Option("--step", help="Push all at once, where the overshoot counts, in place of slowly.")
     ] = False,
     count: Annotated[int, typer.Option(metavar="12|42|162", help="Directions that are tried.")] = 42,
+    along: Annotated[
+        list[str],
+        typer.Option(metavar="X,Y,Z", help="Another direction, in base axes, of any length. May be repeated."),
+    ] = [],  # noqa: B006
     out: OutFigure = None,
     plugins: Plugins = [],  # noqa: B006
     as_json: Json = False,
@@ -34,6 +38,7 @@ def push(
     Each direction is pushed in simulation until a tip slips or lifts off.
     """
     check_figure(out)
+    others = [numbers("--along", text, 3) for text in along]
     chosen = chosen_scenario(scenario, changes, law, controller)
     say_compiling(quiet)
     from softhand.holding.worst_push import worst_push
@@ -42,7 +47,7 @@ def push(
 
     printer = Printer(quiet, as_json)
     with progress(f"pushing {scenario}", 1.0, quiet):
-        found = worst_push(chosen, "moment" if moment else "force", "step" if step else "ramp", count)
+        found = worst_push(chosen, "moment" if moment else "force", "step" if step else "ramp", count, others)
     printer.json(found)
     printer.table(f"{scenario}: worst push", found.rows())
     target = figure_of(scenario, "push", out)

@@ -186,6 +186,7 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
         say(f"{error}. The results are in {other}/ instead.", "note", error=True)
         write_text(other / "scenario.toml", recording.scenario)
         folder = other
+    _add_collisions(recording, folder / "run.nc")
     files = ["scenario.toml", "run.nc"]
     if plot and len(recording):
         from softhand.plots.run import draw_run
@@ -199,19 +200,29 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
     return folder, files
 
 
+def _add_collisions(recording: Recording, path: Path) -> None:
+    """Put the collisions among the events of a file that is safe already; finding them takes time."""
+    from softhand.collision.collisions import with_collisions
+    from softhand.recording.events import events_as_text, find_events
+
+    events = with_collisions(recording, find_events(recording))
+    if any(event.kind == "collision" for event in events):
+        recording.attributes["events"] = events_as_text(events)
+        recording.save(path)
+
+
 def _print_summary(
     recording: Recording, simulation: Simulation, folder: Path, files: list[str], printer: Printer
 ) -> None:
     if printer.quiet and not printer.as_json:
         return
-    from dataclasses import asdict
+    import json
 
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
-    from softhand.collision.collisions import with_collisions
+    from softhand.recording.events import Event
 
-    summary = summarize(recording)
-    events = with_collisions(recording, summary.events)
+    summary, events = summarize(recording), json.loads(str(recording.attributes["events"]))  # collisions among them
     is_damped = simulation.plant.pads["is_damped"].any()  # slow to sum
     energy = None if is_damped else energy_ledger(recording, simulation.plant)
     printer.json(
@@ -220,7 +231,7 @@ def _print_summary(
             "files": files,
             "summary": summary,
             "warnings": summary.warnings(),
-            "events": [asdict(event) for event in events],
+            "events": events,
             "energy": energy,
         }
     )
@@ -229,7 +240,7 @@ def _print_summary(
         printer.say(f"energy since the start: softhand energy {folder}")
     else:
         printer.table("energy since the start", energy.rows())
-    printer.events(events)
+    printer.events([Event(**event) for event in events])
     for warning in summary.warnings():
         printer.say(warning, "note")
 

@@ -10,7 +10,7 @@ import typer
 
 from softhand.commands.app import command
 from softhand.commands.console import Printer, say_compiling
-from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioOrRun, Set
+from softhand.commands.options import Controller, Json, Law, OutFigure, Plugins, Quiet, ScenarioOrRun, Set, numbers
 from softhand.commands.places import check_figure, figure_of, figure_of_run, name_of
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
@@ -63,8 +63,8 @@ def squeeze(
     of_run = is_run(scenario)
     if of_run:
         refuse_changes(scenario, set=changes, law=law, controller=controller)
-    attitudes = [_numbers("--attitude", text, 3, math.pi / 180.0) for text in attitude]
-    wrenches = [_numbers("--wrench", text, 6) for text in wrench]
+    attitudes = [numbers("--attitude", text, 3, math.pi / 180.0) for text in attitude]
+    wrenches = [numbers("--wrench", text, 6) for text in wrench]
     if any_attitude and attitudes:
         raise typer.BadParameter(
             "any attitude has all others in it; leave one of the two out.", param_hint="--attitude"
@@ -101,14 +101,3 @@ def squeeze(
         figure = draw_squeeze(found.curve(), f"Squeeze that holds the loads, by the margin: {name}")
     save_figure(figure, target)
     printer.say(f"wrote {target}")
-
-
-def _numbers(option: str, text: str, count: int, factor: float = 1.0) -> list[float]:
-    """So many numbers with commas between them."""
-    try:
-        values = [factor * float(word) for word in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise typer.BadParameter(f"got {text!r}; give {count} numbers with commas between them.", param_hint=option)
-    return values

@@ -27,7 +27,9 @@ class WorstPush(Record):
         directions: unit vectors in base axes, shape (directions, 3).
         sizes: largest push of each direction that was survived in simulation [N or N m], shape (directions,).
         ends: what ended each, in words.
-        linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,).
+        linear: the same by the contact forces' linear answer at rest [N or N m], shape (directions,); NaN where the
+            torque depends on a sum over time, which has no value at rest.
+        along: how many of the directions, the first, were asked for beside the usual ones.
         worst: the smallest of `sizes` [N or N m], whose neighbours are survived as well.
         worst_direction: shape (3,).
         worst_end: what ends it.
@@ -42,8 +44,8 @@ class WorstPush(Record):
     """
 
     units: ClassVar = {
-        "directions": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m", "worst_direction": "1",
-        "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
+        "directions": "1", "along": "1", "sizes": "N or N m", "linear": "N or N m", "worst": "N or N m",
+        "worst_direction": "1", "friction": "1", "mass": "kg", "mass_known": "kg", "runs": "1",
     }  # fmt: skip
 
     kind: str
@@ -52,6 +54,7 @@ class WorstPush(Record):
     sizes: Array
     ends: tuple[str, ...]
     linear: Array
+    along: int
     worst: float
     worst_direction: Array
     worst_end: str
@@ -80,14 +83,15 @@ class WorstPush(Record):
         how = "grown slowly, in 0.6 s" if self.profile == "ramp" else "all at once, held for 0.5 s"
         k = int(np.argmax(self.sizes))
         mu = ", ".join(f"{least:.3g} of {now:g}" for least, now in self.friction)
-        rows = [
-            ("push", f"{what}, {how}, under {self.controller}"),
+        rows = [("push", f"{what}, {how}, under {self.controller}")]
+        for way, size, end in zip(self.directions[: self.along], self.sizes, self.ends, strict=False):
+            rows.append((f"along {_way(way)}", f"{size:.3g} {self.unit}; then {end}"))
+        rows += [
             ("worst", f"{self.worst:.3g} {self.unit} along {_way(self.worst_direction)}; then {self.worst_end}"),
             ("best", f"{self.sizes[k]:.3g} {self.unit} along {_way(self.directions[k])}; then {self.ends[k]}"),
-            ("worst by the linear answer", f"{np.min(self.linear):.3g} {self.unit} along "
-             f"{_way(self.directions[int(np.argmin(self.linear))])}"),
+            ("worst by the linear answer", self._linear()),
             ("least friction without push", mu),
-        ]  # fmt: skip
+        ]
         if np.all(np.isfinite(self.mass)):
             rows.append(
                 (
@@ -96,6 +100,12 @@ class WorstPush(Record):
                 )
             )
         return [*rows, ("directions, runs", f"{len(self.directions)}, {self.runs}")]
+
+    def _linear(self) -> str:
+        k = int(np.argmin(self.linear))
+        if np.isnan(self.linear[k]):
+            return f"none: the torque of {self.controller} depends on a sum over time"
+        return f"{self.linear[k]:.3g} {self.unit} along {_way(self.directions[k])}"
 
 
 def _way(direction: Sequence[float] | Array) -> str:

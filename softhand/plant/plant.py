@@ -119,9 +119,13 @@ class Plant:
         )
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         self.pads[...] = pads
+        self.forget()
+        return True
+
+    def forget(self) -> None:
+        """Know of no state, as if new."""
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
         self.touching.depths[...], self.at[...] = np.nan, np.nan
-        return True
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:
