@@ -32,8 +32,10 @@ class Found(NamedTuple):
     """What w lies above v at the begin."""
     first: Array
     """Acceleration of the first kick, before `undamped_ahead`."""
+    begun: Array
+    """The same, as what `change` follows from."""
     change: Array
-    """What that changes."""
+    """What `undamped_ahead` adds."""
     middle: Array
     """w between the kicks."""
     ahead: Array
@@ -89,7 +91,7 @@ def contact_part(i, tree, branches, touch, terms, kicks, step, base, found):
         take_stiffness(columns, contact, jacobian, step, found.lag, rest.lag)
         add_contact_force(columns, jacobian, contact.force, rest.first)
         take_stiffness(columns, contact, jacobian, step, found.first, rest.first)
-        add_undamped(columns, contact, jacobian, step, found.first, force, rest.change)
+        add_undamped(columns, contact, jacobian, step, found.begun, force, rest.change)
         take_stiffness(columns, contact, jacobian, step, found.change, rest.change)
     # the drift, as `kick_drift`; the viscous forces at its velocity are not asked for
     relax_contact(pad, contact, 0.5 * step, memory)

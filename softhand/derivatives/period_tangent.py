@@ -35,6 +35,7 @@ from softhand.derivatives.period_parts import (
     product_in_place_of_matrix,
     push_part,
 )
+from softhand.derivatives.row_sums import BLOCK
 from softhand.errors import SofthandError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS, coordinate_rate
 from softhand.model.tree import FLOATS
@@ -60,14 +61,14 @@ class Rows(NamedTuple):
     v: int
     z: int
     lag: int
+    """The four of `period_parts.Rest`, until they are solved for; one behind the other."""
     first: int
     change: int
+    second: int
     middle: int
     ahead: int
     q_end: int
     z_end: int
-    rest_lag: int
-    """The four of `period_parts.Rest`, one behind the other."""
     external: int
     wrench: int
     switches: int
@@ -84,6 +85,9 @@ class Room(NamedTuple):
     factors: Array
     """Of the matrices of both kicks, shape (2, nv, nv)."""
     D: Array
+    """Derivatives of all numbers by the seeds, and nothing, shape (rows, width)."""
+    flat: Array
+    """The same, shape (rows * width,)."""
     spans: NDArray[np.int64]
     columns: Array
     """[A, B], and what the wrench does, shape (s, seeds)."""
@@ -120,17 +124,18 @@ class PeriodTangent:
         self._model, self._layouts = model, model.layouts
         nq, nv, n, nc = len(m.state.q), len(m.state.v), len(m.torque), len(m.touch.contacts)
         cells, parts = m.state.z.size, nc + len(m.branches) + 2
-        sizes = [nq, nv, cells, nv, nv, nv, nv, nv, nq, cells, 4 * nv, nv, 6, parts * ROOM_FOR_SWITCHES]
+        sizes = [nq, nv, cells, nv, nv, nv, nv, nv, nv, nq, cells, nv, 6, parts * ROOM_FOR_SWITCHES]
         begins = np.cumsum([0, *sizes]).tolist()
         self._rows = Rows(*begins[:-1])
         s = model.n_states
         self._seeds = seeds = s + n + (6 if with_wrench else 0)
         self._room = Room(
-            found=Found(*np.zeros((5, nv)), np.zeros(nq), np.zeros(nv)),
+            found=Found(*np.zeros((6, nv)), np.zeros(nq), np.zeros(nv)),
             scratch=np.zeros(nv),
             rate=np.zeros(nq),
             factors=np.zeros((2, nv, nv)),
-            D=np.zeros((begins[-1], seeds)),
+            D=(D := np.zeros((begins[-1], -(-seeds // BLOCK) * BLOCK))),
+            flat=D.reshape(-1),
             spans=np.full((begins[-1], 2), (0, seeds), dtype=np.int64),
             columns=np.zeros((s, seeds)),
             steps=np.concatenate([steps, np.zeros(seeds - len(steps))]),
@@ -184,7 +189,7 @@ class PeriodTangent:
 
     def _prepare(self) -> None:
         """Call with the ways that there are."""
-        self._ways = ways = ways_of(self._families)
+        self._ways = ways = ways_of(self._families, self._room.spans, self._room.D.shape[1])
         self._room.place[0] = ways.numbers.ctypes.data
         m, moves = self._model.mechanics, self._model.moves
         self._call = addressed(differentiate, m, moves, self._rows, self._room, ways, layouts=self._layouts)
@@ -194,7 +199,7 @@ class PeriodTangent:
         m, moves, found, rows = self._model.mechanics, self._model.moves, self._room.found, self._rows
         columns: dict[Place, int] = {}
         last = moves.pushes.rows[-1:]
-        named = [(moves.base.q, rows.q), (moves.base.v, rows.v), (moves.base.z, rows.z), (found.first, rows.first),
+        named = [(moves.base.q, rows.q), (moves.base.v, rows.v), (moves.base.z, rows.z), (found.begun, rows.first),
                  (found.middle, rows.middle), (found.ahead, rows.ahead), (found.q, rows.q_end),
                  (last["force"], rows.wrench), (last["moment"], rows.wrench + 3)]  # fmt: skip
         for array, first in named:
@@ -267,7 +272,7 @@ class PeriodTangent:
 
     def _rest_of(self, velocities: Sequence[int], contact: int | None, followed: Followed) -> Wanted:
         rows, rest, nv = self._rows, followed.result, len(self._external)
-        wanted = [(phase, rows.rest_lag + n * nv + k, getattr(rest, name)[k])
+        wanted = [(phase, rows.lag + n * nv + k, getattr(rest, name)[k])
                   for n, (name, phase) in enumerate(zip(rest._fields, (BEGIN, BEGIN, FIRST, END), strict=True))
                   for k in velocities]  # fmt: skip
         if contact is not None:
@@ -305,20 +310,17 @@ def differentiate(m, moves, rows, room, ways):
     if not find_derivatives(ways, room.place):
         return
     room.told[0] = 1
-    D, spans = room.D, room.spans
+    D, flat = room.D, room.flat
     nq, nv, n = m.state.q.shape[0], m.state.v.shape[0], m.torque.shape[0]
     nz = moves.remembered.shape[0]
     D[rows.lag : rows.wrench] = 0.0
     _seed_configuration(m.joints, moves.base.q, rows.q, room)
     # lag and first acceleration
-    add_phase(ways, 0, D, spans)
-    _drive(rows.rest_lag + nv, rows, 2 * nv + nz, nv, n, D)
-    _take(D, rows.rest_lag, rows.lag, nv)
-    _take(D, rows.rest_lag + nv, rows.first, nv)
+    add_phase(ways, 0, D, flat)
+    _drive(rows.first, rows, 2 * nv + nz, nv, n, D)
     solve_rows(room.factors[0], m.envelope, D[rows.lag : rows.lag + nv])
     solve_rows(room.factors[0], m.envelope, D[rows.first : rows.first + nv])
-    add_phase(ways, 1, D, spans)
-    _take(D, rows.rest_lag + 2 * nv, rows.change, nv)
+    add_phase(ways, 1, D, flat)
     solve_rows(room.factors[0], m.envelope, D[rows.change : rows.change + nv])
     # velocities of the drift, configuration at the end
     half = 0.5 * moves.step
@@ -331,14 +333,13 @@ def differentiate(m, moves, rows, room, ways):
             ahead[j] = middle[j] + half * (first[j] + change[j])
         middle[nv + k] += 1.0
         ahead[nv + k] += 1.0
-    add_phase(ways, 2, D, spans)
+    add_phase(ways, 2, D, flat)
     # second acceleration
-    add_phase(ways, 3, D, spans)
-    last = rows.rest_lag + 3 * nv
-    _drive(last, rows, 2 * nv + nz, nv, n, D)
-    solve_rows(room.factors[1], m.envelope, D[last : last + nv])
-    _note_columns(m, moves, rows, last, half, room)
-    add_phase(ways, 4, D, spans)
+    add_phase(ways, 3, D, flat)
+    _drive(rows.second, rows, 2 * nv + nz, nv, n, D)
+    solve_rows(room.factors[1], m.envelope, D[rows.second : rows.second + nv])
+    _note_columns(m, moves, rows, half, room)
+    add_phase(ways, 4, D, flat)
     room.told[1] = find_near(ways, D, room.steps, REACH, room.near)
 
 
@@ -355,6 +356,7 @@ def _run(m, moves, found, factors):
         found.lag[k] = -m.kicks.above[k]
     acceleration_of(m.touch, m.terms.nle, m.envelope, m.torque, m.external, m.kicks.pull, m.kicks.matrix, found.first)
     _copy(found.first, found.second)
+    _copy(found.first, found.begun)
     undamped_ahead(m.touch, m.envelope, moves.step, m.kicks.matrix, found.change, found.second)
     _copy_all(m.kicks.matrix, factors[0])
     advance(moves.kind, m, moves.step)
@@ -404,12 +406,6 @@ def _drive(into, rows, torques, nv, n, D):
 
 
 @compiled
-def _take(D, of, into, count):
-    for k in range(count):
-        _copy(D[of + k], D[into + k])
-
-
-@compiled
 def solve_rows(L, first, B):
     """L L^T X = B in place for all columns of B, as `linear.solve`."""
     n, width = B.shape
@@ -434,7 +430,7 @@ def solve_rows(L, first, B):
 
 
 @compiled
-def _note_columns(m, moves, rows, second, half, room):
+def _note_columns(m, moves, rows, half, room):
     """x' by the seeds: q in its tangent space, v, the numbers of z that belong to x."""
     D, out = room.D, room.columns
     nv = m.state.v.shape[0]
@@ -444,13 +440,13 @@ def _note_columns(m, moves, rows, second, half, room):
             _copy(D[rows.q_end + i], out[j])
         elif kind == CONTINUOUS:
             c, s = m.state.q[i], m.state.q[i + 1]
-            for k in range(D.shape[1]):
+            for k in range(out.shape[1]):
                 out[j, k] = c * D[rows.q_end + i + 1, k] - s * D[rows.q_end + i, k]
         else:
             _note_pose(m.state.q[i : i + 7], D[rows.q_end + i : rows.q_end + i + 7], out[j : j + 6])
     for k in range(nv):
-        row, first, change, last = out[nv + k], D[rows.first + k], D[rows.change + k], D[second + k]
-        for j in range(D.shape[1]):
+        row, first, change, last = out[nv + k], D[rows.first + k], D[rows.change + k], D[rows.second + k]
+        for j in range(row.shape[0]):
             row[j] = half * (first[j] + change[j] + last[j])
         row[nv + k] += 1.0
     width = m.state.z.shape[1]
@@ -462,7 +458,7 @@ def _note_columns(m, moves, rows, second, half, room):
 def _note_pose(q, D, out):
     """R^T dp, and the vector of twice q^-1 dq."""
     x, y, z, w = q[3], q[4], q[5], q[6]
-    for k in range(D.shape[1]):
+    for k in range(out.shape[1]):
         a, b, c = D[0, k], D[1, k], D[2, k]
         tx, ty, tz = 2.0 * (z * b - y * c), 2.0 * (x * c - z * a), 2.0 * (y * a - x * b)
         out[0, k] = a + w * tx + z * ty - y * tz
