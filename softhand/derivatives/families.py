@@ -20,7 +20,7 @@ from softhand.numerics.followed import Followed, FollowedSums, Meaning
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.llvm_text import assembled, loaded
-from softhand.numerics.symbols import REAL, Place, Symbol
+from softhand.numerics.symbols import NotStraightError, Place, Symbol
 
 BEGIN, FIRST, DRIFT, END, SWITCHES = range(5)
 """Phases, in the order in which derivatives are put together: what depends on the begin alone; what depends on the first
@@ -120,9 +120,9 @@ class Family:
         )  # fmt: skip
         sums = followed.sums
         wanted = list(part.wanted(followed))
-        switches = switches_of(sums)
+        switches = [one for one in dict.fromkeys(followed.notes) if isinstance(one, Symbol)]
         if len(switches) > ROOM_FOR_SWITCHES:
-            raise NotImplementedError("more branches than there is room for")
+            raise NotStraightError("more switches than there is room for")
         wanted += [(SWITCHES, part.first_switch + k, value) for k, value in enumerate(switches)]
         values = [value for _, _, value in wanted]
         form = Form(sums, values, setting.columns)
@@ -184,14 +184,3 @@ class Form:
         ends = tuple(map(told, values))
         self.places = list(known)
         self.told = steps, ends, tuple(place in columns for place in known)
-
-
-def switches_of(sums: FollowedSums) -> list[Any]:
-    """Numbers that are above zero on one side of a branch and below on the other."""
-    found = []
-    for word, *rest in list(sums.steps):
-        if word == "fcmp" and rest[0] in ("ogt", "olt", "oge", "ole"):
-            a, b = rest[1:]
-            if isinstance(b, Symbol) or np.isfinite(b):
-                found.append(a - b if isinstance(b, Symbol) or b else a)
-    return [one for one in found if isinstance(one, Symbol) and sums.kinds[one.index] == REAL]

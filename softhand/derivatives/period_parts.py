@@ -7,18 +7,20 @@ depends on a few numbers alone, and nothing goes through the factor of a matrix.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from softhand.contact.damping import relax_contact
+from softhand.contact.damping import press, relax_contact
 from softhand.contact.friction import note_slip_of
+from softhand.contact.geometry import find_nearest
 from softhand.contact.kinematics import deformation_rate, relative_velocity
 from softhand.contact.layer import evaluate_contact
 from softhand.model.configuration import integrate
 from softhand.model.rigid import branch_terms
 from softhand.numerics.arrays import Array
-from softhand.numerics.symbols import REAL, WHOLE
+from softhand.numerics.symbols import REAL, WHOLE, Symbol
 from softhand.plant.dynamics import add_contact_force
 from softhand.simulation.pushes import add_pushes
 from softhand.steppers.midpoint import meet_contact
@@ -122,6 +124,34 @@ def cleared(followed, contact):
         is_real = kind.base.kind == "f"
         for at in range(begin + offset, begin + offset + kind.itemsize, 8):
             sums.write(REAL if is_real else WHOLE, (memory, at), 0)
+
+
+def watched(function):
+    """The meaning of a function that says on which side of a switch a contact is: what it compares is noted."""
+
+    def meaning(followed, *arguments):
+        sums = followed.sums
+        first = len(sums.steps)
+        result = followed.on_symbols(function)(*arguments)
+        for word, *rest in sums.steps[first:]:
+            if word == "fcmp" and rest[0] in _ORDERED and (isinstance(rest[2], Symbol) or math.isfinite(rest[2])):
+                followed.notes.append(rest[1] - rest[2])
+        return result
+
+    return meaning
+
+
+_ORDERED = ("ogt", "olt", "oge", "ole")
+
+
+def placed(followed, pad, pose, base_pose, contact):
+    """`find_nearest`, watched, and the depth."""
+    watched(find_nearest)(followed, pad, pose, base_pose, contact)
+    followed.notes.append(pad.radius - contact.distance)
+
+
+SWITCHES = {find_nearest: placed, press: watched(press)}
+"""Meanings of functions that decide on which side a contact is: apart or touching, where on the object, slipping."""
 
 
 def product_in_place_of_matrix(followed, columns, contact, jacobian, step, matrix):

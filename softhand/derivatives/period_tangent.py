@@ -26,6 +26,7 @@ from softhand.derivatives.following import meanings_of, solvers_of
 from softhand.derivatives.model import PeriodModel
 from softhand.derivatives.period import begin, end, note_moved, note_sides, start
 from softhand.derivatives.period_parts import (
+    SWITCHES,
     Found,
     branch_part,
     clear,
@@ -183,6 +184,8 @@ class PeriodTangent:
             except SofthandError:
                 raise
             except Exception:
+                import traceback, os
+                if os.environ.get('TGDBG'): traceback.print_exc()
                 return False
             self._prepare()
         return False
@@ -209,6 +212,7 @@ class PeriodTangent:
             **meanings_of(self._model.plant, self._solvers),
             add_stiffness: product_in_place_of_matrix,
             clear: cleared,
+            **SWITCHES,
         }
         pads, joints = m.touch.pads, m.tree.joints
         alike = [np.flatnonzero(pads["is_support"] == kind).tolist() for kind in (0, 1)]

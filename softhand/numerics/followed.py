@@ -184,6 +184,7 @@ class Followed(Traced):
     Attributes:
         sums: what it computes.
         layouts: of the arrays.
+        notes: what meanings have noted on the way.
 
     Args:
         function: made by `compiled`, or plain Python.
@@ -208,7 +209,7 @@ class Followed(Traced):
         patterns: tuple[Any, ...] | None = None,
     ) -> None:
         self.sums: FollowedSums = FollowedSums(layouts)
-        self.layouts = layouts
+        self.layouts, self.notes = layouts, []  # type: Layouts, list[Any]
         kept = tables if patterns is None else patterns
         self._patterns = {
             id(array): _without(array, pattern, moving, layouts) for array, pattern in zip(tables, kept, strict=True)
