@@ -37,8 +37,9 @@ from softhand.derivatives.period_parts import (
     push_part,
 )
 from softhand.derivatives.row_sums import BLOCK
+from softhand.derivatives.seeds import put_seeds, seed_configuration
 from softhand.errors import SofthandError
-from softhand.model.configuration import ADDITIVE, CONTINUOUS, coordinate_rate
+from softhand.model.configuration import ADDITIVE, CONTINUOUS
 from softhand.model.tree import FLOATS
 from softhand.numerics.addressed import addressed
 from softhand.numerics.arrays import AnyArray, Array
@@ -149,6 +150,7 @@ class PeriodTangent:
         self._setting = self._common()
         self._families = [Family(alike, self._setting) for alike in self._alike(with_wrench)]
         self._call: Any = None
+        self._is_lost = False
         self._prepare()
 
     @property
@@ -171,6 +173,8 @@ class PeriodTangent:
             False if a way cannot be followed; then there are none.
         """
         room = self._room
+        if self._is_lost:
+            return False
         room.steps[len(room.steps) - len(steps_of_torques) :] = steps_of_torques
         for _ in range(_MOST_WAYS):
             self._call()
@@ -183,9 +187,8 @@ class PeriodTangent:
                         self._families[family].follow(lane)
             except SofthandError:
                 raise
-            except Exception:
-                import traceback, os
-                if os.environ.get('TGDBG'): traceback.print_exc()
+            except Exception:  # whatever a law or a shape does that cannot be followed
+                self._is_lost = True
                 return False
             self._prepare()
         return False
@@ -228,21 +231,8 @@ class PeriodTangent:
     def _put_seeds(self, n: int) -> None:
         """What does not depend on the state: of v, z and the wrench; and which seeds each row may depend on."""
         D, spans, rows = self._room.D, self._room.spans, self._rows
-        m, cells = self._model.mechanics, self._model.remembered
-        nv = len(m.state.v)
-        for kind, i, j in m.joints:
-            spans[rows.q + i] = j, j + 1
-            if kind == CONTINUOUS:
-                spans[rows.q + i + 1] = j, j + 1
-            elif kind != ADDITIVE:
-                spans[rows.q + i : rows.q + i + 3] = j, j + 3
-                spans[rows.q + i + 3 : rows.q + i + 7] = j + 3, j + 6
-        D[rows.v : rows.v + nv, nv : 2 * nv] = np.eye(nv)
-        spans[rows.v : rows.v + nv] = [(nv + k, nv + k + 1) for k in range(nv)]
-        spans[rows.z : rows.lag] = 0
-        for k, (row, column) in enumerate(cells.tolist()):
-            place = rows.z + row * m.state.z.shape[1] + column
-            D[place, 2 * nv + k], spans[place] = 1.0, (2 * nv + k, 2 * nv + k + 1)
+        m, model = self._model.mechanics, self._model
+        put_seeds(m.joints, model.remembered, m.state.z.shape[1], (rows.q, rows.v, rows.z, rows.lag), D, spans)
         spans[rows.wrench : rows.wrench + 6] = 0
         first = self._model.n_states + n
         for k in range(self._seeds - first):
@@ -318,7 +308,7 @@ def differentiate(m, moves, rows, room, ways):
     nq, nv, n = m.state.q.shape[0], m.state.v.shape[0], m.torque.shape[0]
     nz = moves.remembered.shape[0]
     D[rows.lag : rows.wrench] = 0.0
-    _seed_configuration(m.joints, moves.base.q, rows.q, room)
+    seed_configuration(m.joints, moves.base.q, rows.q, D, room.spans, room.scratch, room.rate)
     # lag and first acceleration
     add_phase(ways, 0, D, flat)
     _drive(rows.first, rows, 2 * nv + nz, nv, n, D)
@@ -383,19 +373,6 @@ def _copy(numbers, to):
 def _copy_all(rows, to):
     for i in range(to.shape[0]):
         _copy(rows[i], to[i])
-
-
-@compiled
-def _seed_configuration(joints, q, first, room):
-    """Derivatives of q by the displacements."""
-    along, rate = room.scratch, room.rate
-    for j in range(along.shape[0]):
-        along[:] = 0.0
-        along[j] = 1.0
-        coordinate_rate(joints, q, along, rate)
-        for i in range(rate.shape[0]):
-            if room.spans[first + i, 0] <= j < room.spans[first + i, 1]:
-                room.D[first + i, j] = rate[i]
 
 
 @compiled
