@@ -126,23 +126,25 @@ class Family:
         wanted += [(SWITCHES, part.first_switch + k, value) for k, value in enumerate(switches)]
         values = [value for _, _, value in wanted]
         form = Form(sums, values, setting.columns)
-        name = hashlib.sha256(repr((form.told, len(switches), self.lanes)).encode()).hexdigest()
-        way = self._known.get(name)
+        told = hashlib.sha256(repr((form.told, len(switches), self.lanes)).encode()).hexdigest()
+        way = self._known.get(told)
         if way is None:
-            code = self._code(name, sums, form, values, switches)
+            code = self._code(told, sums, form, values, switches)
             starts = [sum(wanted[row][0] < phase for row in code.rows) for phase in range(PHASES + 1)]
-            way = self._known[name] = Way(code, self.lanes, np.array(starts, dtype=np.int64), len(switches))
+            way = self._known[told] = Way(code, self.lanes, np.array(starts, dtype=np.int64), len(switches))
             self.ways.append(way)
         self._put(way, lane, form.places, [row for _, row, _ in wanted])
 
-    def _code(self, name: str, sums: FollowedSums, form: Form, values: list[Any], switches: list[Any]) -> Code:
-        store = KeptCodes(__name__, name)
+    def _code(self, told: str, sums: FollowedSums, form: Form, values: list[Any], switches: list[Any]) -> Code:
+        """Of the first way well compiled, which takes seconds; of others, which are taken seldom, quickly."""
+        level = 0 if self.ways else 1
+        store = KeptCodes(__name__, f"{told} {level}")
         kept = store.found()
         if kept is None:
             made = Eliminated(sums, self._setting.columns, values, switches, self.lanes)
             number = {place: k for k, place in enumerate(form.places)}
             kept = (
-                assembled(made.text), tuple(number[place] for place in made.read),
+                assembled(made.text, level), tuple(number[place] for place in made.read),
                 tuple(number[place] for place in made.written), tuple(row for row, _ in made.entries),
                 tuple(number[place] for _, place in made.entries),
             )  # fmt: skip
