@@ -45,7 +45,7 @@ class Ways(NamedTuple):
     counts: NDArray[np.int64]
     """Switches of each way."""
     products: NDArray[np.int64]
-    """Of columns with one seed: which number of D changes, by which other one, times which of `numbers`; shape (k, 3)."""
+    """Of columns with one seed: which number of D changes, by which other, times which of `numbers`, shape (k, 3)."""
     product_ends: NDArray[np.int64]
     """Begin and end of those of each way, lane and phase, shape (ways, lanes, PHASES + 1)."""
     sums: NDArray[np.int64]
@@ -236,4 +236,3 @@ def find_near(ways, D, steps, reach, near):
                     near[found, 1] = -1 if (row[seed] > 0.0) == (value > 0.0) else 1
                     found += 1
     return found
-

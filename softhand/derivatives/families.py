@@ -23,8 +23,8 @@ from softhand.numerics.llvm_text import assembled, loaded
 from softhand.numerics.symbols import NotStraightError, Place, Symbol
 
 BEGIN, FIRST, DRIFT, END, SWITCHES = range(5)
-"""Phases, in the order in which derivatives are put together: what depends on the begin alone; what depends on the first
-acceleration too; the configuration at the end; what depends on that; on which side of the switches the numbers lie."""
+"""Phases, in the order in which derivatives are put together: what depends on the begin alone; what depends on the
+first acceleration too; the configuration at the end; what depends on that; on which side of the switches the numbers lie."""
 PHASES = 5
 LARGEST = 4
 """Lanes of a code."""
@@ -46,6 +46,10 @@ class Part(NamedTuple):
 
 
 ROOM_FOR_SWITCHES = 40
+
+_LONG = 45_000
+"""Lines of a text beyond which it is not optimized, nor are ways that are not the first: that takes a quarter of a
+minute, and makes it three times as fast."""
 
 
 class Setting(NamedTuple):
@@ -87,7 +91,13 @@ class Way:
     """
 
     def __init__(self, code: Code, lanes: int, phases: NDArray[np.int64], switches: int) -> None:
-        self.code, self.address, self.phases, self.switches, self.known = code, loaded(code.content), phases, switches, 0
+        self.code, self.address, self.phases, self.switches, self.known = (
+            code,
+            loaded(code.content),
+            phases,
+            switches,
+            0,
+        )
         self.sources = np.zeros((len(code.read), lanes), np.int64)
         self.written = np.zeros((len(code.written), lanes), np.int64)
         self.rows = np.zeros((lanes, len(code.rows)), np.int64)
@@ -136,15 +146,14 @@ class Family:
         self._put(way, lane, form.places, [row for _, row, _ in wanted])
 
     def _code(self, told: str, sums: FollowedSums, form: Form, values: list[Any], switches: list[Any]) -> Code:
-        """Of the first way well compiled, which takes seconds; of others, which are taken seldom, quickly."""
-        level = 0 if self.ways else 1
-        store = KeptCodes(__name__, f"{told} {level}")
+        store = KeptCodes(__name__, f"{told} {bool(self.ways)}")
         kept = store.found()
         if kept is None:
             made = Eliminated(sums, self._setting.columns, values, switches, self.lanes)
             number = {place: k for k, place in enumerate(form.places)}
+            is_rare = bool(self.ways) or made.text.count("\n") > _LONG
             kept = (
-                assembled(made.text, level), tuple(number[place] for place in made.read),
+                assembled(made.text, 0 if is_rare else 1), tuple(number[place] for place in made.read),
                 tuple(number[place] for place in made.written), tuple(row for row, _ in made.entries),
                 tuple(number[place] for _, place in made.entries),
             )  # fmt: skip

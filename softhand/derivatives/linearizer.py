@@ -48,7 +48,9 @@ class Linearizer:
         overrides: Mapping[str, Any] | None = None,
         **values: Any,
     ) -> None:
-        self._work = Work(find_situation(source, 0, None, None, None, law, overrides, values), outputs, closed=False, again=True)
+        self._work = Work(
+            find_situation(source, 0, None, None, None, law, overrides, values), outputs, closed=False, again=True
+        )
         self._parameters = self._work.found(parameters)
 
     def at(self, state: State, torque: Sequence[float] | Array) -> Linearization:

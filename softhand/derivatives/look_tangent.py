@@ -1,4 +1,4 @@
-"""C, what is observed by the state, by the derivatives of the sensor's own sums: first the contacts, then the sensor."""
+"""C, what is observed by the state, by the derivatives of the sums of contacts, and of the sensor behind them."""
 
 from __future__ import annotations
 
@@ -137,7 +137,9 @@ class LookTangent:
             rows = [columns[place] for place in own]
 
             def seen(followed: Followed, own: list[Place] = own, rows: list[int] = rows) -> Wanted:
-                return [(BEGIN, row, followed.sums.memory.get(place, 0.0)) for row, place in zip(rows, own, strict=True)]
+                return [
+                    (BEGIN, row, followed.sums.memory.get(place, 0.0)) for row, place in zip(rows, own, strict=True)
+                ]
 
             part = Part(seen_contact, (i, m.tree, carry, m.touch, m.terms, base), seen, switch)
             kinds.setdefault((int(pad["is_support"]), len(carry)), []).append(part)

@@ -58,7 +58,6 @@ class Looks:
         rows, sides = self._model.rows(self._run, self._rows, self._sides, index, amount, shares)
         return outputs_of(self._keep, rows, self._sizes, self._model.plant), sides
 
-
     def derivatives(self, n_states: int) -> tuple[Array, Array] | None:
         """y, and its derivatives by x of the sums themselves; None where these cannot be followed."""
         if self._tangent is None:

@@ -172,6 +172,7 @@ def note_moved(m, moves, index, amount, sides):
 
 @compiled
 def end(m, moves, row):
+    """q, v and the numbers of z that belong to x, into a row."""
     nq, nv = m.state.q.shape[0], m.state.v.shape[0]
     for k in range(nq):
         row[k] = m.state.q[k]

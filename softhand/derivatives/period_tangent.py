@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.derivatives.assembling import Ways, add_phase, find_derivatives, find_near, ways_of
+from softhand.derivatives.assembling import add_phase, find_derivatives, find_near, ways_of
 from softhand.derivatives.families import (
     BEGIN,
     DRIFT,
@@ -132,7 +132,7 @@ class PeriodTangent:
         s = model.n_states
         self._seeds = seeds = s + n + (6 if with_wrench else 0)
         self._room = Room(
-            found=Found(*np.zeros((6, nv)), np.zeros(nq), np.zeros(nv)),
+            found=Found(*(np.zeros(nv) for _ in range(6)), np.zeros(nq), np.zeros(nv)),
             scratch=np.zeros(nv),
             rate=np.zeros(nq),
             factors=np.zeros((2, nv, nv)),
@@ -253,15 +253,17 @@ class PeriodTangent:
                         partial(self._rest_of, v, None), next(switches))  # fmt: skip
             kinds.setdefault(("branch", tuple(own["kind"])), []).append(part)
         for i, pad in enumerate(m.touch.pads):
-            carry = [branch for branch in whole if any(branch[0] <= pad[name] <= branch[1] for name in ("joint", "base"))]
+            carry = [
+                branch for branch in whole if any(branch[0] <= pad[name] <= branch[1] for name in ("joint", "base"))
+            ]
             v = [int(k) for k in m.touch.columns[i] if k >= 0]
             arguments = i, m.tree, tuple(carry), m.touch, m.terms, m.kicks, step, base, found
             part = Part(contact_part, arguments, partial(self._rest_of, v, i), next(switches))
             kinds.setdefault(("contact", int(pad["is_support"]), len(carry)), []).append(part)
         kinds["drift"] = [Part(drift_part, (m.joints, base, found, step, self._q), self._q_end, next(switches))]
         if with_wrench or len(moves.pushes.rows) > 1:
-            arguments = m.tree, tuple(whole), m.terms, base, moves.pushes, moves.time, self._external
-            kinds["push"] = [Part(push_part, arguments, self._push, next(switches))]
+            push = m.tree, tuple(whole), m.terms, base, moves.pushes, moves.time, self._external
+            kinds["push"] = [Part(push_part, push, self._push, next(switches))]
         return [parts[k : k + LARGEST] for parts in kinds.values() for k in range(0, len(parts), LARGEST)]
 
     def _rest_of(self, velocities: Sequence[int], contact: int | None, followed: Followed) -> Wanted:
@@ -305,7 +307,7 @@ def differentiate(m, moves, rows, room, ways):
         return
     room.told[0] = 1
     D, flat = room.D, room.flat
-    nq, nv, n = m.state.q.shape[0], m.state.v.shape[0], m.torque.shape[0]
+    nv, n = m.state.v.shape[0], m.torque.shape[0]
     nz = moves.remembered.shape[0]
     D[rows.lag : rows.wrench] = 0.0
     seed_configuration(m.joints, moves.base.q, rows.q, D, room.spans, room.scratch, room.rate)

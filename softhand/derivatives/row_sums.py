@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -29,16 +31,17 @@ def sum_rows(typing_context, D, sums, e, terms, numbers):
     """D[row] += number D[column] of all terms of one row of a table of sums, see `assembling.Ways`."""
 
     def generate(context, builder, signature, values):
-        arrays = [context.make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else None
+        arrays: list[Any] = [context.make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else None
                   for kind, value in zip(signature.args, values, strict=True)]  # fmt: skip
         D, sums, _, terms, numbers = arrays
         width = builder.extract_value(D.shape, 1)
         at = builder.mul(values[2], ir.Constant(_COUNT, 3))
         row, begin, end = (_at(builder, sums.data, at, k) for k in range(3))
         into = builder.gep(D.data, [builder.mul(row, width)])
-        with cgutils.for_range_slice(
-            builder, ir.Constant(_COUNT, 0), width, ir.Constant(_COUNT, BLOCK), inc=True
-        ) as (block, _):
+        with cgutils.for_range_slice(builder, ir.Constant(_COUNT, 0), width, ir.Constant(_COUNT, BLOCK), inc=True) as (
+            block,
+            _,
+        ):
             totals = [cgutils.alloca_once(builder, _VECTOR) for _ in range(BLOCK // _LANES)]
             for k, total in enumerate(totals):
                 builder.store(builder.load(_vector(builder, into, block, k), align=8), total)

@@ -1,7 +1,7 @@
 """The derivatives of followed sums by some of what they read, as machine code that writes all of them at once.
 
-The sums are a graph: its vertices are numbers, each edge is the derivative of one by another that it is computed from. A
-vertex between is eliminated by a product for each pair of an edge into it and an edge out of it, until the edges lead
+The sums are a graph: its vertices are numbers, each edge is the derivative of one by another that it is computed from.
+A vertex between is eliminated by a product for each pair of an edge into it and an edge out of it, until the edges lead
 from what is read to what is wanted [Griewank and Walther, Evaluating Derivatives, 2008, chapters 9 and 10]. Those with
 the fewest pairs go first. What does not depend on one another costs nothing, which a tangent with a lane for each
 number that is read does not know. The lanes are for others of the same kind: one text computes as much for each.
@@ -168,7 +168,8 @@ class Eliminated:
         kind = text.kind(REAL)
         for n, number in enumerate(numbers):
             lines += [f"%y{n} = getelementptr double, double* %numbers, i64 {n * lanes}",
-                      f"%z{n} = bitcast double* %y{n} to {kind}*", f"store {kind} {number}, {kind}* %z{n}, align 8"]  # fmt: skip
+                      f"%z{n} = bitcast double* %y{n} to {kind}*",
+                      f"store {kind} {number}, {kind}* %z{n}, align 8"]  # fmt: skip
         if lanes == 1:
             lines.append(f"%bits = zext i1 {mask} to i64")
         else:

@@ -114,5 +114,7 @@ class LanesText:
     def declarations(self) -> list[str]:
         """Of all functions, for the end of a text."""
         kind, end = self.kind(REAL), "f64" if self.lanes == 1 else f"v{self.lanes}f64"
-        found = [f"declare {kind} @llvm.{name}.{end}({', '.join([kind] * count)})" for name, count in INTRINSICS.items()]
+        found = [
+            f"declare {kind} @llvm.{name}.{end}({', '.join([kind] * count)})" for name, count in INTRINSICS.items()
+        ]
         return found + [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in LIBRARY.items()]
