@@ -23,8 +23,8 @@ from softhand.numerics.llvm_text import assembled, loaded
 from softhand.numerics.symbols import NotStraightError, Place, Symbol
 
 BEGIN, FIRST, DRIFT, END, SWITCHES = range(5)
-"""Phases, in the order in which derivatives are put together: what depends on the begin alone; what depends on the
-first acceleration too; the configuration at the end; what depends on that; on which side of the switches the numbers lie."""
+"""Phases, in the order in which derivatives are put together: what depends on the begin alone; on the first
+acceleration too; the configuration at the end; what depends on that; on which side of the switches numbers lie."""
 PHASES = 5
 LARGEST = 4
 """Lanes of a code."""

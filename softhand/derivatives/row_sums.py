@@ -31,7 +31,8 @@ def sum_rows(typing_context, D, sums, e, terms, numbers):
     """D[row] += number D[column] of all terms of one row of a table of sums, see `assembling.Ways`."""
 
     def generate(context, builder, signature, values):
-        arrays: list[Any] = [context.make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else None
+        arrays: list[Any] = [context.make_array(kind)(context, builder, value)
+                             if isinstance(kind, types.Array) else None
                   for kind, value in zip(signature.args, values, strict=True)]  # fmt: skip
         D, sums, _, terms, numbers = arrays
         width = builder.extract_value(D.shape, 1)
