@@ -48,13 +48,12 @@ def ahead(model):
     short = np.eye(s + n + 1)  # of (x, u, 1) in 1 ms; torques are held for ten of them
     short[:s] = np.hstack([model.A, model.B, model.drift[:, None]])
     A, B, drift = np.split(np.linalg.matrix_power(short, round(PERIOD / model.period))[:s], [s, s + n], axis=1)
-    X, x, found = np.zeros((s, n * len(BLOCKS))), np.zeros(s), []
+    X, x = np.zeros((STAGES + 1, s, n * len(BLOCKS))), np.zeros((STAGES + 1, s))
     for stage in range(STAGES):
         block = np.searchsorted(BLOCKS, stage, side="right") - 1
-        X, x = A @ X, A @ x + drift[:, 0]
-        X[:, block * n : (block + 1) * n] += B
-        found.append((X, x))
-    return found
+        X[stage + 1], x[stage + 1] = A @ X[stage], A @ x[stage] + drift[:, 0]
+        X[stage + 1, :, block * n : (block + 1) * n] += B
+    return X[1:], x[1:]
 
 
 def best_change(model, seen, torque, target):
@@ -63,24 +62,31 @@ def best_change(model, seen, torque, target):
     friction = [name.startswith("limit_surface_use") for name in model.outputs]
     C, left = model.C[friction], USE - model.output[friction]
     n, size = len(torque), len(torque) * len(BLOCKS)
-    states = ahead(model)
+    X, x = ahead(model)
     last = np.sqrt([*[1.0] * (STAGES - 1), 5.0])  # more weight at the end of the horizon
     change = (np.eye(size) - np.eye(size, k=-n)) / CHANGE
-    M = UNIT * np.vstack([*(w * G @ X for w, (X, _) in zip(last, states, strict=True)), change])
-    m = np.concatenate([*(w * (G @ x + g) for w, (_, x) in zip(last, states, strict=True)), np.zeros(size)])
+    M = UNIT * np.vstack([(last[:, None, None] * (G @ X)).reshape(-1, size), change])
+    m = np.concatenate([(last[:, None] * (x @ G.T + g)).ravel(), np.zeros(size)])
     P, q = np.zeros((size + 1, size + 1)), np.append(M.T @ m, PRICE)
     P[:size, :size] = M.T @ M
-    slips = np.vstack([UNIT * C @ X for X, _ in states])
-    box, none = UNIT * np.eye(size), np.zeros((size, 1))
-    rows = np.block([[slips, -np.ones((len(slips), 1))], [box, none], [-box, none], [np.zeros((1, size)), -1.0]])
-    room = np.concatenate([left - C @ x for _, x in states])
-    limits = [np.tile(seen.effort_limit + sign * torque, len(BLOCKS)) for sign in (-1.0, 1.0)]
-    room = np.concatenate([room, *limits, [0.0]])
+    slips = UNIT * (C @ X).reshape(-1, size)
+    rows = np.block([[slips, -np.ones((len(slips), 1))], [np.zeros((1, size)), -1.0]])
+    room = np.append((left - x @ C.T).ravel(), 0.0)
+    lower, upper = (np.tile(sign * seen.effort_limit - torque, len(BLOCKS)) for sign in (-1.0, 1.0))
+    U = UNIT * minimum(P, q, rows, room)[:size]
+    if np.any((lower > U) | (upper < U)):  # seldom: the limits of the torques double the time
+        box = UNIT * np.eye(size, size + 1)
+        U = UNIT * minimum(P, q, np.vstack([rows, box, -box]), np.concatenate([room, upper, -lower]))[:size]
+    return U[:n]
+
+
+def minimum(P, q, rows, room):
+    """The x with the least x^T P x / 2 + q^T x for which rows x <= room."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     cones = [clarabel.NonnegativeConeT(len(room))]
-    solution = clarabel.DefaultSolver(csc_matrix(np.triu(P)), q, csc_matrix(rows), room, cones, settings).solve()
-    return UNIT * np.array(solution.x)[:n]
+    solver = clarabel.DefaultSolver(csc_matrix(np.triu(P)), q, csc_matrix(rows), room, cones, settings)
+    return np.array(solver.solve().x)
 
 
 def way_to(scenario, start):

@@ -17,7 +17,7 @@ SLIPPERY = {"fingertip.contact": "coulomb", "fingertip.friction": 0.36}
 
 @pytest.mark.parametrize("overrides", [{}, SLIPPERY], ids=["sticks", "slips"])
 def test_it_is_what_linearize_gives_at_each_state_of_a_run(overrides: dict) -> None:
-    """Bit for bit, on the way there and back; y as the sensor has it, and by x as asked through the sensor."""
+    """On the way there and back; y as the sensor has it, and by x as asked through the sensor."""
     scenario = softhand.load_scenario("target-a", overrides)
     linearizer = softhand.Linearizer(scenario, outputs=OUTPUTS)
     simulation = softhand.build(scenario)
@@ -31,8 +31,13 @@ def test_it_is_what_linearize_gives_at_each_state_of_a_run(overrides: dict) -> N
         found = linearizer.at(state, torque)
         fresh = softhand.linearize(scenario, state=state, torque=torque, outputs=OUTPUTS)
         through = softhand.linearize(scenario, state=state, torque=torque, outputs=OUTPUTS, closed=True)
-        for name in ("A", "B", "C", "D", "drift", "output"):
-            assert np.array_equal(getattr(found, name), getattr(fresh, name)), name
+        for name in ("A", "C", "D"):
+            own, other = getattr(found, name), getattr(fresh, name)
+            assert np.all(np.abs(own - other) < 1e-8 * np.abs(other).max(axis=1, keepdims=True) + 1e-12), name
+        scale = np.abs(np.hstack([fresh.A, fresh.B])).max(axis=1, keepdims=True)
+        assert np.all(np.abs(found.B - fresh.B) < 1e-8 * scale)
+        np.testing.assert_allclose(found.drift, fresh.drift, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(found.output, fresh.output, rtol=1e-12, atol=1e-12)
         assert found.switches == fresh.switches and found.outputs == fresh.outputs
         row = np.abs(through.C).max(axis=1, keepdims=True) + 1e-12
         assert np.all(np.abs(found.C - through.C) < 1e-9 * row)
@@ -68,7 +73,8 @@ def test_parameters_are_those_of_linearize() -> None:
     given = {"parameters": ["wrench", "mass"], "outputs": ["object_position"]}
     found = softhand.Linearizer("target-a", **given).at(state, torque)
     fresh = softhand.linearize("target-a", state=state, torque=torque, **given)
-    assert np.array_equal(found.E, fresh.E) and np.array_equal(found.F, fresh.F)
+    np.testing.assert_allclose(found.E, fresh.E, rtol=1e-7, atol=1e-9 * np.abs(fresh.E).max())
+    assert np.array_equal(found.F, fresh.F)
     assert found.parameters == fresh.parameters and len(found.parameters) == 7
 
 

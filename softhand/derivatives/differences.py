@@ -61,8 +61,7 @@ def slopes(function: Function, steps: Array) -> Slopes:
     values, sides = function(index, np.concatenate([[0.0], np.outer(steps, _BOTH).ravel()]), np.zeros(len(index)))
     at, here = values[0], sides[0]
     values, sides = values[1:].reshape(k, 4, -1), sides[1:].reshape(k, 4, -1)
-    change = (sides ^ here).reshape(-1, len(here))
-    crossed = np.bitwise_or.reduce(np.where(change & 1, 1, change), axis=0, initial=0)
+    crossed = crossed_in(sides.reshape(-1, len(here)), here)
     same = _same(values, sides, here)
     rows, changes = _central(values, steps[:, None])
     smooth = same.all(axis=1)
@@ -74,6 +73,13 @@ def slopes(function: Function, steps: Array) -> Slopes:
     for j in np.flatnonzero(~(smooth & (doubt < _CHANGE))):
         rows[j] = _along(function, int(j), float(steps[j]), at, here, scale)
     return Slopes(rows.T.copy(), crossed)
+
+
+def crossed_in(sides: NDArray[np.int64], here: NDArray[np.int64]) -> NDArray[np.int64]:
+    """`Slopes.crossed` from the sides of some moves, shape (moves, sides), and those of the state, shape (sides,)."""
+    change = sides ^ here
+    found: NDArray[np.int64] = np.bitwise_or.reduce(np.where(change & 1, 1, change), axis=0, initial=0)
+    return found
 
 
 def _along(function: Function, entry: int, step: float, at: Array, here: NDArray[np.int64], scale: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,15 +16,16 @@ from softhand.assembly.instruments import left_out
 from softhand.batch.run import KINDS
 from softhand.closed_loop.feedback import follow
 from softhand.controllers.controller import Controller
-from softhand.derivatives.differences import Function, Slopes, slopes
+from softhand.derivatives.differences import Function, Slopes, crossed_in, slopes
 from softhand.derivatives.linearization import ClosedLoop, Linearization, Switch
 from softhand.derivatives.looking import Looks
 from softhand.derivatives.model import PeriodModel, beyond
 from softhand.derivatives.observer import Observer, output_names
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
 from softhand.derivatives.period import MOVED, SLIPS, TOUCHES
+from softhand.derivatives.period_tangent import NoTangentError, PeriodTangent
 from softhand.derivatives.situation import Situation, find_situation
-from softhand.derivatives.states import input_entries, state_entries
+from softhand.derivatives.states import Entries, input_entries, state_entries
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
 from softhand.laws.law import Law
@@ -135,9 +136,10 @@ class Work:
         at: where, and of what.
         outputs: as `linearize`.
         closed: likewise.
+        again: whether this is done for many states, so that it pays to compile the derivatives themselves.
     """
 
-    def __init__(self, at: Situation, outputs: Iterable[str], closed: bool) -> None:
+    def __init__(self, at: Situation, outputs: Iterable[str], closed: bool, again: bool = False) -> None:
         self.at, self.keep, self.closed = at, _kept(outputs, at), closed
         self.n, self.slides, self.period = at.plant.world.n_joints, at.slides, at.period
         self.switches: list[Switch] = []
@@ -145,7 +147,11 @@ class Work:
         self.states = state_entries(at.plant, self.slides, self.model.remembered, self.period)
         self.rows = self._rows()
         self.observer = self._observer(Varied(at.plant, at.probe, at.setup.controller))
-        self._look: Function = self.observer.at if closed else Looks(self.model, at.probe, self.keep).at
+        looks = None if closed else Looks(self.model, at.probe, self.keep)
+        self._look: Function = self.observer.at if looks is None else looks.at
+        self._looks = looks if again else None
+        self._inputs: Entries | None = None
+        self._tangents: dict[bool, PeriodTangent | None] = {} if again else {False: None, True: None}
 
     def found(self, parameters: Iterable[str]) -> list[Parameter | str]:
         """The parameters of these names."""
@@ -160,35 +166,77 @@ class Work:
 
     def linearization(self, chosen: list[Parameter | str]) -> Linearization:
         """All that is asked for, here."""
-        self.base, here = self.model.ends(np.array([-1]), np.zeros(1))
-        if not np.all(np.isfinite(self.base)):
-            raise SimulationStopped(
-                f"the control period that begins at t = {self.at.state.time:g} s does not come to its end: the state "
-                "behind it is no number; choose another sample, or a shorter stepper.step.",
-                reason="diverged", time=self.at.state.time,
-            )  # fmt: skip
-        self.inputs = input_entries(self.at.plant, self.slides, self.model.inertias(), self.period)
-        self._here = here[0].reshape(-1, len(self.at.plant.contacts))
         s, n, states = len(self.states.names), self.n, self.states
-        with_wrench = WRENCH in chosen
-        steps = np.concatenate([states.steps, self.inputs.steps[: n + 6 if with_wrench else n]])
-        ends = self._flagged(slopes(partial(self._end, self.model), steps)).columns
+        ends = self._ends(WRENCH in chosen)
         A, B, by_wrench = ends[:, :s], ends[:, s : s + n], ends[:, s + n :]
         value, seen = self._seen() if self.keep.variables or self.closed else (np.zeros(0), np.zeros((0, s)))
         y = len(seen) - self._answers
-        C, D = seen[:y], self._through()
+        C, D = seen[:y], self._through.copy()
         by = [self._by(one, by_wrench, y) for one in chosen]
         E, F, said = (
-            np.hstack([np.zeros((size, 0)), *(blocks[k] for blocks in by)])
+            np.hstack([block[k] for block in by]) if by else np.zeros((size, 0))
             for k, size in enumerate((s, y, self._answers))
         )
         loop = self._loop(A, B, E, C, D, F, seen[y:], said) if self.closed else None
         names, units = _told(chosen)
         return Linearization(
             float(self.at.state.time), self.period, A, B, E, C, D, F, self._drift(), value[:y], states.names,
-            self.inputs.names, names, tuple(label for _, label, _ in self.rows), states.units, self.inputs.units, units,
-            tuple(unit for _, _, unit in self.rows), tuple(dict.fromkeys(self.switches)), loop,
+            self.inputs.names, names, self._labels[0], states.units, self.inputs.units, units, self._labels[1],
+            tuple(dict.fromkeys(self.switches)), loop,
         )  # fmt: skip
+
+    def _ends(self, with_wrench: bool) -> Array:
+        """x' by x, u and the wrench: by the derivatives of the sums, or by differences."""
+        tangent = self._tangent(with_wrench)
+        n = self.n + 6 if with_wrench else self.n
+        if tangent is not None and tangent.find(self._input_entries().steps[:n]):
+            self._begin(self.model.moves.ends[:1].copy(), self.model.moves.sides[:1])
+            self._look_beyond(tangent.near, np.concatenate([self.states.steps, self.inputs.steps[:n]]))
+            return tangent.columns.copy()
+        self._begin(*self.model.ends(np.array([-1]), np.zeros(1)))
+        self._inputs = None
+        steps = np.concatenate([self.states.steps, self._input_entries().steps[:n]])
+        return self._flagged(slopes(partial(self._end, self.model), steps)).columns
+
+    def _begin(self, base: Array, here: NDArray[np.int64]) -> None:
+        """Where the period ends that nothing moves, and the sides of the switches that it sees."""
+        self.base = base
+        if not np.all(np.isfinite(base)):
+            raise SimulationStopped(
+                f"the control period that begins at t = {self.at.state.time:g} s does not come to its end: the state "
+                "behind it is no number; choose another sample, or a shorter stepper.step.",
+                reason="diverged", time=self.at.state.time,
+            )  # fmt: skip
+        self._here = here[0].reshape(-1, len(self.at.plant.contacts)).copy()
+
+    def _input_entries(self) -> Entries:
+        """Those of u and the wrench, with the inertias where a period has ended."""
+        if self._inputs is None:
+            if not self.model.inertias().any():
+                self.model.ends(np.array([-1]), np.zeros(1))
+            self._inputs = input_entries(self.at.plant, self.slides, self.model.inertias(), self.period)
+        return self._inputs
+
+    @property
+    def inputs(self) -> Entries:
+        """The entries of u."""
+        return self._input_entries()
+
+    def _tangent(self, with_wrench: bool) -> PeriodTangent | None:
+        if with_wrench not in self._tangents:
+            try:
+                self._tangents[with_wrench] = PeriodTangent(self.model, self.states.steps, with_wrench)
+            except NoTangentError:
+                self._tangents[with_wrench] = None
+        return self._tangents[with_wrench]
+
+    def _look_beyond(self, near: NDArray[np.int64], steps: Array) -> None:
+        """Which switches are crossed by the entries that may cross one."""
+        if len(near):
+            entries = np.unique(near[:, 0])
+            amounts = np.outer(steps[entries], [1.0, -1.0, 0.5, -0.5]).ravel()
+            _, sides = self.model.ends(np.repeat(entries, 4), amounts)
+            self._flagged(Slopes(np.zeros((0, 0)), crossed_in(sides, self._here.ravel())))
 
     def _drift(self) -> Array:
         state = self.at.state
@@ -226,6 +274,9 @@ class Work:
 
     def _seen(self) -> tuple[Array, Array]:
         """y, command and memory, and the same by x."""
+        found = None if self._looks is None else self._looks.derivatives(len(self.states.names))
+        if found is not None:
+            return found
         value, _ = self._look(np.array([-1]), np.zeros(1), np.zeros(1))
         return value[0], self._flagged(slopes(self._look, self.states.steps)).columns
 
@@ -248,12 +299,18 @@ class Work:
         names = frozenset(name for name, slides in zip(world.joint_names, slides_of(world), strict=True) if slides)
         return output_names(self.at.probe, self.keep.variables, names | slides_in(world.hand_text))
 
+    @cached_property
     def _through(self) -> Array:
         """D: the torques themselves are the only outputs that they change at once."""
         D = np.zeros((len(self.rows), self.n))
         places = [k for k, (name, _, _) in enumerate(self.rows) if name == "joint_torque"]
         D[places] = np.eye(self.n)[: len(places)]
         return D
+
+    @cached_property
+    def _labels(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names and units of y."""
+        return tuple(label for _, label, _ in self.rows), tuple(unit for _, _, unit in self.rows)
 
     def _by(self, one: Parameter | str, by_wrench: Array, y: int) -> _Blocks:
         """Derivatives by a parameter."""

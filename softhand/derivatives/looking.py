@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import prod
+
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand.assembly.probe import Probe
 from softhand.batch.loop import Senses
+from softhand.derivatives.look_tangent import LookTangent
 from softhand.derivatives.model import ROOM, PeriodModel
 from softhand.derivatives.observer import outputs_of
 from softhand.derivatives.period import FEATURE, SLIPS, TOUCHES, begin
@@ -14,6 +17,7 @@ from softhand.model.rigid import rigid_poses
 from softhand.numerics.addressed import addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
+from softhand.sensing.fields import Sizes, beginnings, shapes
 from softhand.sensing.groups import parts_of
 from softhand.sensing.sensor import Sensor, Wanted, observe
 from softhand.simulation.keep import Keep
@@ -35,11 +39,17 @@ class Looks:
         segments = keep.segments(self._sizes)
         self._rows = np.zeros((ROOM, keep.width(self._sizes, len(model.moves.along))))
         self._sides = np.zeros((ROOM, len(model.plant.contacts)), np.int64)
-        senses = Senses(sensor.body, Wanted.of(probe.reference.desired), sensor.groups)
+        senses, parts = Senses(sensor.body, Wanted.of(probe.reference.desired), sensor.groups), parts_of(keep.fields)
         self._run = addressed(
-            run_looks, model.mechanics, model.moves, model.count, senses, parts_of(keep.fields), segments, sensor.block,
+            run_looks, model.mechanics, model.moves, model.count, senses, parts, segments, sensor.block,
             self._rows, self._sides, layouts=model.layouts,
         )  # fmt: skip
+        self._kept, self._of = _kept(keep, self._sizes), np.zeros(0, np.int64)
+        self._tangent: LookTangent | None = None
+        is_plain = "deformation" not in keep.variables or not model.plant.pads["is_surface"].any()
+        if is_plain and model.plant.world.coupling is None:
+            self._of = np.flatnonzero(self._kept >= 0)
+            self._tangent = LookTangent(model, senses, parts, sensor.block, self._kept[self._of])
 
     def at(
         self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
@@ -47,6 +57,28 @@ class Looks:
         """y with one entry of x moved, and sides, as a `differences.Function`."""
         rows, sides = self._model.rows(self._run, self._rows, self._sides, index, amount, shares)
         return outputs_of(self._keep, rows, self._sizes, self._model.plant), sides
+
+    def derivatives(self, n_states: int) -> tuple[Array, Array] | None:
+        """y, and its derivatives by x of the sums themselves; None where these cannot be followed."""
+        if self._tangent is None:
+            return None
+        value, _ = self.at(np.array([-1]), np.zeros(1))
+        if not self._tangent.find():
+            return None
+        C = np.zeros((len(self._kept), n_states))
+        C[self._of] = self._tangent.columns
+        return value[0], C
+
+
+def _kept(keep: Keep, sizes: Sizes) -> NDArray[np.int64]:
+    """Where each number of y lies in the block of an observation; -1 for what does not depend on x in between."""
+    begins, every, n = beginnings(sizes), shapes(sizes), sizes.n
+    found = []
+    for name in keep.variables:
+        is_field = name in keep.fields
+        size = prod(every[name]) if is_field else n
+        found.append(begins[name] + np.arange(size) if is_field else np.full(size, -1))
+    return np.concatenate([np.zeros(0, np.int64), *found]).astype(np.int64)
 
 
 @compiled

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,8 +13,8 @@ from softhand.derivatives.period import Moves, run_moves
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
 from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import Array
+from softhand.numerics.compiled import compiled
 from softhand.numerics.layouts import Layouts
-from softhand.numerics.spatial import cross_matrix
 from softhand.numerics.straight import put
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -194,31 +195,49 @@ def beyond(plant: Plant, ends: Array, base: Array) -> Array:
     """
     nq, nv = plant.world.nq, plant.world.nv
     x = np.empty((len(ends), nv + ends.shape[1] - nq))
-    x[:, nv:] = ends[:, nq:] - base[nq:]
-    for kind, i, j in plant.joints:
-        if kind == ADDITIVE:
-            x[:, j] = ends[:, i] - base[i]
-        elif kind == CONTINUOUS:
-            c, s = ends[:, i], ends[:, i + 1]
-            x[:, j] = np.arctan2(base[i] * s - base[i + 1] * c, base[i] * c + base[i + 1] * s)
-        else:
-            x[:, j : j + 6] = _pose_beyond(ends[:, i : i + 7], base[i : i + 7])
+    displacements(plant.joints, ends, base, x)
     return x
 
 
-def _pose_beyond(poses: Array, base: Array) -> Array:
+@compiled
+def displacements(joints, ends, base, x):
+    """As `beyond`, into the rows of x."""
+    nv = x.shape[1]
+    for k in range(joints.shape[0]):
+        kind, i, j = joints[k, 0], joints[k, 1], joints[k, 2]
+        for row in range(ends.shape[0]):
+            end = ends[row]
+            if kind == ADDITIVE:
+                x[row, j] = end[i] - base[i]
+            elif kind == CONTINUOUS:
+                c, s = end[i], end[i + 1]
+                x[row, j] = math.atan2(base[i] * s - base[i + 1] * c, base[i] * c + base[i + 1] * s)
+            else:
+                _pose_beyond(end[i : i + 7], base[i : i + 7], x[row, j : j + 6])
+    first, last = 0, 0
+    for k in range(joints.shape[0]):
+        size = 1 if joints[k, 0] == ADDITIVE else 2 if joints[k, 0] == CONTINUOUS else 7
+        first, last = max(first, joints[k, 1] + size), max(last, joints[k, 2] + (6 if size == 7 else 1))
+    for row in range(ends.shape[0]):
+        for k in range(nv - last):
+            x[row, last + k] = ends[row, first + k] - base[first + k]
+
+
+@compiled
+def _pose_beyond(pose, base, out):
     """R^T (p - p_base) and the rotation vector of R_base^T R."""
-    r, w = base[3:6], base[6]
-    by_r = cross_matrix(r)  # a x r = a [r]x for rows a
-    moved = poses[:, :3] - base[:3]
-    t = 2.0 * moved @ by_r  # of the inverse rotation: r -> -r
-    translation = moved + w * t + t @ by_r
-    vector = w * poses[:, 3:6] - poses[:, 6:7] * r + poses[:, 3:6] @ by_r
-    scalar = w * poses[:, 6] + poses[:, 3:6] @ r
-    length = np.linalg.norm(vector, axis=1)
-    angle = 2.0 * np.arctan2(length, np.abs(scalar)) * np.where(scalar < 0.0, -1.0, 1.0)
-    share = np.where(length > 0.0, angle / np.where(length > 0.0, length, 1.0), 2.0)
-    return np.hstack([translation, share[:, None] * vector])
+    x, y, z, w = base[3], base[4], base[5], base[6]
+    a, b, c = pose[0] - base[0], pose[1] - base[1], pose[2] - base[2]
+    tx, ty, tz = 2.0 * (z * b - y * c), 2.0 * (x * c - z * a), 2.0 * (y * a - x * b)
+    out[0], out[1], out[2] = a + w * tx + z * ty - y * tz, b + w * ty + x * tz - z * tx, c + w * tz + y * tx - x * ty
+    u, v, t, s = pose[3], pose[4], pose[5], pose[6]
+    vx, vy, vz = w * u - x * s - y * t + z * v, w * v - y * s - z * u + x * t, w * t - z * s - x * v + y * u
+    scalar = w * s + x * u + y * v + z * t
+    length = math.sqrt(vx * vx + vy * vy + vz * vz)
+    share = 2.0
+    if length > 0.0:
+        share = math.copysign(2.0 * math.atan2(length, abs(scalar)) / length, scalar)
+    out[3], out[4], out[5] = share * vx, share * vy, share * vz
 
 
 def _with_wrench(plant: Plant, pushes: Sequence[Push]) -> PushTable:

@@ -73,12 +73,12 @@ def run_moves(mechanics, moves, count):
     for i in range(count[0]):
         begin(m, moves, moves.entry[i], moves.amount[i])
         if moves.kind == MIDPOINT:
-            _start(m, moves)
+            start(m, moves)
         else:
             settle(m, moves.step * 0.0)
             rigid_poses(m.tree, state.q, m.terms)
-        _note_sides(m, moves.sides[i, 0])
-        _note_moved(m, moves, moves.entry[i], moves.amount[i], moves.sides[i, 0])
+        note_sides(m, moves.sides[i, 0])
+        note_moved(m, moves, moves.entry[i], moves.amount[i], moves.sides[i, 0])
         for k in range(moves.steps):
             if k:
                 rigid_poses(m.tree, state.q, m.terms)
@@ -86,8 +86,8 @@ def run_moves(mechanics, moves, count):
                 m.external[j] = 0.0
             add_pushes(moves.pushes, moves.time[0] + k * moves.step, m.terms.poses, m.terms.J, m.external)
             advance(moves.kind, m, moves.step)
-            _note_sides(m, moves.sides[i, 1 + k])
-        _end(m, moves, moves.ends[i])
+            note_sides(m, moves.sides[i, 1 + k])
+        end(m, moves, moves.ends[i])
 
 
 @compiled
@@ -131,7 +131,7 @@ def begin(m, moves, index, amount):
 
 
 @compiled
-def _start(m, moves):
+def start(m, moves):
     """`rigid_terms` and `start_step`, as straight code where there is some."""
     state, ahead = m.state, m.kicks.ahead
     for k in range(ahead.shape[0]):
@@ -146,7 +146,7 @@ def _start(m, moves):
 
 
 @compiled
-def _note_sides(m, sides):
+def note_sides(m, sides):
     """Which side of its switches each contact is on after an evaluation whose slip is final."""
     for i in range(sides.shape[0]):
         pad, contact = m.touch.pads[i], m.touch.contacts[i]
@@ -157,7 +157,7 @@ def _note_sides(m, sides):
 
 
 @compiled
-def _note_moved(m, moves, index, amount, sides):
+def note_moved(m, moves, index, amount, sides):
     """Which contacts began beyond the limit of friction, so that z was brought back at once."""
     first = 2 * m.state.v.shape[0]
     for i in range(sides.shape[0]):
@@ -171,7 +171,8 @@ def _note_moved(m, moves, index, amount, sides):
 
 
 @compiled
-def _end(m, moves, row):
+def end(m, moves, row):
+    """q, v and the numbers of z that belong to x, into a row."""
     nq, nv = m.state.q.shape[0], m.state.v.shape[0]
     for k in range(nq):
         row[k] = m.state.q[k]

@@ -184,6 +184,7 @@ class Followed(Traced):
     Attributes:
         sums: what it computes.
         layouts: of the arrays.
+        notes: what meanings have noted on the way.
 
     Args:
         function: made by `compiled`, or plain Python.
@@ -193,6 +194,7 @@ class Followed(Traced):
         meanings: of functions that are not followed.
         layouts: of all arrays of the run.
         numbers: array of the numbers among the arguments, in their order; literals if None.
+        patterns: of the tables, where they are shared with others of their kind, see `straight.pattern_of`.
     """
 
     def __init__(
@@ -204,10 +206,14 @@ class Followed(Traced):
         meanings: Mapping[Any, Meaning],
         layouts: Layouts,
         numbers: Any = None,
+        patterns: tuple[Any, ...] | None = None,
     ) -> None:
         self.sums: FollowedSums = FollowedSums(layouts)
-        self.layouts = layouts
-        self._patterns = {id(array): _without(array, moving, layouts) for array in tables}
+        self.layouts, self.notes = layouts, []  # type: Layouts, list[Any]
+        kept = tables if patterns is None else patterns
+        self._patterns = {
+            id(array): _without(array, pattern, moving, layouts) for array, pattern in zip(tables, kept, strict=True)
+        }
         self._layouts, self._rooms, self._count, self._array = layouts, 0, 0, numbers
         self._texts: dict[Any, Any] = {}
         self._meanings = meanings
@@ -278,13 +284,13 @@ def offsets_of(array: Any) -> Any:
     return np.array(array.strides, dtype=np.int64) @ index if array.ndim else np.zeros(1, np.int64)
 
 
-def _without(array: Any, moving: frozenset[Place], layouts: Layouts) -> Any:
-    """A copy in which the reals that may move are NaN, so that they are no part of the structure."""
+def _without(array: Any, pattern: Any, moving: frozenset[Place], layouts: Layouts) -> Any:
+    """A pattern of an array in which the reals that may move are NaN, so that they are no part of the structure."""
     number, begin = layouts.number_of(array)
     own = [shift - begin for memory, shift in moving if memory == number]
     if not own or array.dtype.kind not in "fV":
-        return array
-    copy = np.array(array, order="C")
+        return pattern
+    copy = np.array(pattern, order="C")
     words = copy.reshape(-1).view(np.float64)
     words[np.isin(offsets_of(array), own)] = np.nan
     return copy

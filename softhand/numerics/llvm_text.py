@@ -13,15 +13,17 @@ from softhand.numerics.symbols import TRUTH, Symbol
 ENTRY = "sums"
 """Name of the function in each text."""
 
-_INTRINSICS = {"sqrt": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "fabs": 1, "copysign": 2, "pow": 2}
-_LIBRARY = {
+INTRINSICS = {"sqrt": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "fabs": 1, "copysign": 2, "pow": 2}
+LIBRARY = {
     "atan2": 2, "expm1": 1, "acos": 1, "atanh": 1, "tan": 1, "log1p": 1, "asin": 1, "atan": 1, "sinh": 1, "cosh": 1,
     "tanh": 1,
 }  # fmt: skip
+"""Functions of LLVM and of the library of C, and how many numbers each takes."""
+
 OPERATIONS = ("fadd", "fsub", "fmul", "fdiv", "fneg")
 DECLARATIONS = tuple(
     f"declare double @{name}({', '.join(['double'] * count)})"
-    for name, count in ({f"llvm.{name}.f64": count for name, count in _INTRINSICS.items()} | _LIBRARY).items()
+    for name, count in ({f"llvm.{name}.f64": count for name, count in INTRINSICS.items()} | LIBRARY).items()
 )
 """Of the functions of `called`, for the end of a text."""
 
@@ -37,7 +39,7 @@ def operand(value: Any) -> str:
 
 def called(word: str, operands: Sequence[str]) -> str:
     """A function of real numbers."""
-    name = f"llvm.{word}.f64" if word in _INTRINSICS else word
+    name = f"llvm.{word}.f64" if word in INTRINSICS else word
     return f"call double @{name}({', '.join(f'double {one}' for one in operands)})"
 
 

@@ -38,13 +38,18 @@ def lag_of(touch, envelope, matrix, step, lag):
     lag[:] = 0.0
     force = np.empty(4)
     for i in range(touch.contacts.shape[0]):
-        if spared(touch.contacts[i].is_idle > 0):
-            continue
-        K, u = touch.contacts[i].stiffness, touch.contacts[i].velocity
-        for k in range(4):
-            force[k] = step * step / 6.0 * (K[k, 0] * u[0] + K[k, 1] * u[1] + K[k, 2] * u[2] + K[k, 3] * u[3])
-        add_contact_force(touch.columns[i], touch.jacobian[i], force, lag)
+        if not spared(touch.contacts[i].is_idle > 0):
+            add_lag(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, force, lag)
     solve(matrix, envelope, lag)
+
+
+@compiled
+def add_lag(columns, contact, jacobian, step, force, lag):
+    """lag -= (h^2/6) J^T K J v of one contact; `force` is scratch, shape (4,)."""
+    K, u = contact.stiffness, contact.velocity
+    for k in range(4):
+        force[k] = step * step / 6.0 * (K[k, 0] * u[0] + K[k, 1] * u[1] + K[k, 2] * u[2] + K[k, 3] * u[3])
+    add_contact_force(columns, jacobian, force, lag)
 
 
 @compiled
@@ -56,15 +61,20 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
     change[:] = 0.0
     force = np.empty(4)
     for i in range(touch.contacts.shape[0]):
-        if spared(touch.contacts[i].is_idle > 0):
-            continue
-        relative_velocity(touch.columns[i], touch.jacobian[i], acceleration, force)
-        for k in range(4):
-            force[k] *= -0.5 * step * touch.contacts[i].damping[k]
-        add_contact_force(touch.columns[i], touch.jacobian[i], force, change)
+        if not spared(touch.contacts[i].is_idle > 0):
+            add_undamped(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, acceleration, force, change)
     solve(matrix, envelope, change)
     for k in range(change.shape[0]):
         acceleration[k] += change[k]
+
+
+@compiled
+def add_undamped(columns, contact, jacobian, step, acceleration, force, change):
+    """change += (h/2) J^T D J a of one contact; `force` is scratch, shape (4,)."""
+    relative_velocity(columns, jacobian, acceleration, force)
+    for k in range(4):
+        force[k] *= -0.5 * step * contact.damping[k]
+    add_contact_force(columns, jacobian, force, change)
 
 
 @compiled
@@ -130,3 +140,37 @@ def _add_rolling(columns, contact, jacobian, weight, matrix):
             if columns[a] < 0:
                 break
             matrix[columns[a], columns[b]] += jacobian[a, 4] * fx + jacobian[a, 5] * fy
+
+
+@compiled
+def take_stiffness(columns, contact, jacobian, step, x, out):
+    """out -= what `add_stiffness` adds to the matrix, times x, without the matrix."""
+    weight, per_step = 0.25 * step * step, 2.0 / step
+    K, D = contact.stiffness, contact.damping
+    y, force = np.empty(4), np.empty(4)
+    relative_velocity(columns, jacobian, x, y)
+    for k in range(4):
+        force[k] = weight * per_step * D[k] * y[k]
+        for j in range(4):
+            force[k] += weight * 0.5 * (K[k, j] + K[j, k]) * y[j]
+    add_contact_force(columns, jacobian, force, out)
+    if jacobian.shape[1] > 4:
+        _take_rolling(columns, contact, jacobian, weight, x, out)
+
+
+@compiled
+def _take_rolling(columns, contact, jacobian, weight, x, out):
+    """out -= (h^2/4) J^T `rolling` J x, J the turning of z_C."""
+    about_x, about_y = 0.0, 0.0
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        about_x += jacobian[a, 4] * x[columns[a]]
+        about_y += jacobian[a, 5] * x[columns[a]]
+    rolling = contact.rolling
+    moment_x = weight * (rolling[0] * about_x + rolling[1] * about_y)
+    moment_y = weight * (rolling[1] * about_x + rolling[2] * about_y)
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        out[columns[a]] -= jacobian[a, 4] * moment_x + jacobian[a, 5] * moment_y

@@ -33,7 +33,7 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
     alike = [[i for i in contacts if touch.pads["is_support"][i] == kind] for kind in (0, 1)]
     own = Fixed((touch.pads, touch.columns), (pattern_of(touch.pads, alike), touch.columns))
     each = straight(meet_contact, [(i, touch, terms, kicks, step, state.z) for i in contacts], own, layouts)
-    tree = Fixed((m.tree.joints,), (pattern_of(m.tree.joints, _rows_alike(m)),), (m.tree.work,))
+    tree = Fixed((m.tree.joints,), (pattern_of(m.tree.joints, rows_alike(m)),), (m.tree.work,))
     branches = [(m.tree, int(first), int(last), state.q, kicks.ahead, terms) for first, last in m.branches]
     found = [(row, code) for row, (code,) in whole.items()]
     found += enumerate([*each, *straight(branch_terms, branches, tree, layouts)], CONTACTS)
@@ -47,7 +47,7 @@ def straight_start(m: Mechanics, step: float, layouts: Layouts) -> Addressed | N
     return straight(start_step, [arguments], Fixed(tables, tables), layouts)[0]
 
 
-def _rows_alike(m: Mechanics) -> list[list[int]]:
+def rows_alike(m: Mechanics) -> list[list[int]]:
     """Joints at the same place of branches of the same kinds of joints."""
     found: dict[object, list[int]] = {}
     for first, last in m.branches.tolist():
