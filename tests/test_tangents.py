@@ -13,7 +13,7 @@ from softhand import Linearization, Linearizer, State, linearize
 
 OUTPUTS = ["object_position", "object_rpy", "internal_force", "limit_surface_use", "contact_force", "tip_position",
            "deformation", "contact_coordinates", "joint_torque"]  # fmt: skip
-COMMON = ["target-a", "slips"]
+COMMON = ["target-a"]
 OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in SCENARIOS if name not in COMMON]
 
 
@@ -62,6 +62,7 @@ def test_along_any_way_it_is_where_the_simulation_goes(name: str, seed: int) -> 
         np.testing.assert_array_less(np.abs(model.A @ x - expected), 1e-8 * (np.abs(model.A) @ np.abs(x)))
 
 
+@pytest.mark.slow  # compiles for half a minute
 @pytest.mark.parametrize("seed", range(2))
 def test_in_slip_it_holds_for_moves_to_within_the_limit(seed: int) -> None:
     """With shear let go, the one-sided derivative of the simulation itself."""
@@ -86,6 +87,7 @@ def test_what_cannot_be_followed_is_differenced() -> None:
         assert np.array_equal(found.A, wanted.A) and np.array_equal(found.B, wanted.B)
 
 
+@pytest.mark.slow
 def test_the_wrench_is_that_of_differences() -> None:
     """Force and moment on the object, which torques are held beside."""
     state, torque = random_state("target-a", 5)

@@ -132,7 +132,16 @@ class PeriodTangent:
         s = model.n_states
         self._seeds = seeds = s + n + (6 if with_wrench else 0)
         self._room = Room(
-            found=Found(*(np.zeros(nv) for _ in range(6)), np.zeros(nq), np.zeros(nv)),
+            found=Found(
+                lag=np.zeros(nv),
+                first=np.zeros(nv),
+                begun=np.zeros(nv),
+                change=np.zeros(nv),
+                middle=np.zeros(nv),
+                ahead=np.zeros(nv),
+                q=np.zeros(nq),
+                second=np.zeros(nv),
+            ),
             scratch=np.zeros(nv),
             rate=np.zeros(nq),
             factors=np.zeros((2, nv, nv)),

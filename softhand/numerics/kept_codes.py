@@ -12,7 +12,8 @@ from softhand.numerics.compiled import kernels_of
 from softhand.numerics.kept import File
 from softhand.numerics.llvm_text import processor
 
-_MAKERS = ("symbols", "blocks", "tracing", "assembling", "llvm_text", "straight", "layouts")
+_MAKERS = ("symbols", "blocks", "tracing", "assembling", "llvm_text", "straight", "layouts",
+           "followed", "partials", "eliminated", "lanes_text")  # fmt: skip
 
 
 @cache
