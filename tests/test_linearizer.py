@@ -15,6 +15,7 @@ OUTPUTS = ["object_position", "internal_force", "limit_surface_use", "contact_fo
 SLIPPERY = {"fingertip.contact": "coulomb", "fingertip.friction": 0.36}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overrides", [{}, SLIPPERY], ids=["sticks", "slips"])
 def test_it_is_what_linearize_gives_at_each_state_of_a_run(overrides: dict) -> None:
     """On the way there and back; y as the sensor has it, and by x as asked through the sensor."""
