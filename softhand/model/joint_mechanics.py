@@ -1,4 +1,4 @@
-"""What joints have of their own beside the rigid bodies: inertia of rotors, damping, dry friction, stops, a top speed."""
+"""What joints have of their own: inertia of rotors, damping, dry friction, stops, a top speed."""
 
 from __future__ import annotations
 

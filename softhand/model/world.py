@@ -19,8 +19,8 @@ from softhand.model.coupled import Coupled, expand_configuration, room
 from softhand.model.coupling import Coupling
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
-from softhand.model.joint_mechanics import JointMechanics, read_joint_mechanics
 from softhand.model.joined import Tip, columns_of, find_frame, join_models
+from softhand.model.joint_mechanics import JointMechanics, read_joint_mechanics
 from softhand.model.motors import view_of
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape

@@ -52,7 +52,7 @@ class Resistance(NamedTuple):
     system: Array
     """Room, shape (n, n)."""
     numbers: Array
-    """Room, shape (3, n)."""
+    """Room, shape (n,)."""
     change: Array
     """Room, shape (nv,)."""
     holds: NDArray[np.int64]
@@ -73,7 +73,7 @@ def resistance_of(world: World) -> Resistance:
         mechanics.damping[:moving].copy(), mechanics.friction[:dry].copy(), places,
         np.stack([lower[own], upper[own]], axis=1), mechanics.stop_stiffness[own].copy(),
         mechanics.stop_damping[own].copy(), np.zeros(moving), np.zeros(moving), np.zeros(moving), np.zeros(dry),
-        np.zeros((dry, dry)), np.zeros((dry, dry)), np.zeros((3, dry)), np.zeros(world.nv if dry else 0),
+        np.zeros((dry, dry)), np.zeros((dry, dry)), np.zeros(dry), np.zeros(world.nv if dry else 0),
         np.zeros((2, dry), np.int64),
     )  # fmt: skip
 
@@ -185,7 +185,8 @@ def _solve_held(own, w):
 
     If they do not r is what obeys the bounds.
     """
-    n, G, r, holds, system, answer = own.friction.shape[0], own.answer, own.dry, own.holds[0], own.system, own.numbers[0]
+    n, G, r, holds = own.friction.shape[0], own.answer, own.dry, own.holds[0]
+    system, answer = own.system, own.numbers
     for i in range(n):
         for j in range(n):
             system[i, j] = G[i, j] if holds[i] and holds[j] else 1.0 * (i == j)

@@ -136,6 +136,7 @@ def _midpoint(m, step):
     for i in range(m.touch.contacts.shape[0]):
         if not done(codes, CONTACTS + i):
             meet_contact(i, m.touch, m.terms, m.kicks, step, state.z)
+    is_first = m.kicks.flags[FIRST]
     if not done(codes, KICK):
         kick(m.envelope, m.kicks, step, state.v)
     if own.friction.shape[0]:

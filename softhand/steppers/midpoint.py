@@ -241,7 +241,7 @@ def hold_second(touch, envelope, kicks, is_first, step, v):
         touch: `Touch`.
         envelope: of the matrix.
         kicks: `Kicks`, after `kick`.
-        is_first: whether the step is the first from its state, so that h/6 of the acceleration settles what was missing.
+        is_first: whether the step is the first from its state, in which h/6 of the acceleration is added.
         step: h [s].
         v: shape (nv,).
     """
