@@ -101,7 +101,7 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     fingertips = read_fingertips(scenario, world, law)
     supports = read_supports(scenario, world, fingertips)
     grasp = solve_start(scenario, world, fingertips, supports)
-    sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world)
+    sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world, controller)
     return Setup(
         world, fingertips, supports, grasp, controller, reference, stepper, scenario, law, sensing, actuation
     )  # fmt: skip

@@ -87,7 +87,7 @@ class Variations:
         grasp = _copy(base.grasp)
         if changed & _OF_START:
             grasp = solve_start(now, world, fingertips, supports, self._code)
-        sensing, actuation = read_sensing(now, world), read_actuation(now, world)
+        sensing, actuation = read_sensing(now, world), read_actuation(now, world, controller)
         return Setup(
             world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation
         )  # fmt: skip

@@ -216,7 +216,7 @@ class CompiledRun:
         drive = None
         if setup.actuation is not None:
             drive = drive_of(setup.actuation, plan.command, plan.effort_limit, self.mechanics.torque, plan.limited,
-                             self._block[-self.plant.world.n_joints :])  # fmt: skip
+                             self.plant.world.joints, self.mechanics.state, self._block[-self.plant.world.n_joints :])  # fmt: skip
             codes.append(addressed(act, drive, plan.progress, layouts=self.layouts))
             plan.between[ACT] = codes[-1].code, codes[-1].place
         self._between = codes

@@ -88,13 +88,18 @@ def _index(key: str, joint: str, number: float, names: Sequence[str]) -> int:
 
 
 def _of_urdf(key: str, attribute: str, hand: Urdf, names: Sequence[str], coupling: MotorMap | None) -> Array:
-    """`<dynamics>` of each joint; with coupled joints what a motor feels of those that it moves.
+    """`<dynamics>` or `<limit>` of each joint; with coupled joints what a motor feels of those that it moves.
 
     The power of damping is d q'^2 = d S^2 m'^2, that of friction |f q'| = f |S| |m'|, where one motor moves the joint.
     """
-    given = _dynamics(hand, attribute)
+    is_speed = attribute == "velocity_limit"
+    given = _of_joints(hand, *(("limit", "velocity") if is_speed else ("dynamics", attribute)))
+    if is_speed:
+        given = {name: speed or np.inf for name, speed in given.items()}
     if coupling is None:
-        return np.array([given.get(name, 0.0) for name in names])
+        return np.array([given.get(name, np.inf if is_speed else 0.0) for name in names])
+    if is_speed:
+        return _motor_speeds(given, coupling)
     found, power = np.zeros(len(names)), 2 if attribute == "damping" else 1
     for joint, row in zip(coupling.joint_names, coupling.S, strict=True):
         own = given.get(joint, 0.0)
@@ -109,10 +114,19 @@ def _of_urdf(key: str, attribute: str, hand: Urdf, names: Sequence[str], couplin
     return found
 
 
-def _dynamics(hand: Urdf, attribute: str) -> Mapping[str, float]:
+def _motor_speeds(given: Mapping[str, float], coupling: MotorMap) -> Array:
+    """The speed at which the first of its joints has its own."""
+    found = np.full(len(coupling.motors), np.inf)
+    for joint, row in zip(coupling.joint_names, coupling.S, strict=True):
+        moved = np.flatnonzero(row)
+        found[moved] = np.minimum(found[moved], given.get(joint, np.inf) / np.abs(row[moved]))
+    return found
+
+
+def _of_joints(hand: Urdf, element: str, attribute: str) -> Mapping[str, float]:
     found = {}
     for joint in hand.tree.joints:
-        dynamics = joint.element.find("dynamics")
-        if joint.is_moving and dynamics is not None:
-            found[joint.name] = float(dynamics.get(attribute, "0"))
+        child = joint.element.find(element)
+        if joint.is_moving and child is not None:
+            found[joint.name] = float(child.get(attribute, "0"))
     return found
