@@ -21,7 +21,9 @@ PERIOD = 1e-3
 class Driven:
     """A finger of one joint behind a drive, a control period at a time."""
 
-    def __init__(self, servos: Servos | None = None, effort: float = 1.0, speed: float = np.inf, **options: Any) -> None:
+    def __init__(
+        self, servos: Servos | None = None, effort: float = 1.0, speed: float = np.inf, **options: Any
+    ) -> None:
         self.finger = finger = Finger(**options)
         self.command, self.limited, none = np.zeros(1), np.zeros(1, np.int8), np.zeros(1)
         actuation = Actuation(0, np.full(1, np.inf), none, none, none, 0, np.array([speed]), servos)
@@ -240,9 +242,9 @@ NO_SERVO = {"actuation": None, "controller.period": 0.001}
         (softhand.stability, {"hand.joints": None}, "actuation.servo"),
         (softhand.equilibrium, {}, "hand.joints.friction"),
         (lambda scenario: softhand.grasp_stiffness(scenario, joints="controller"), {}, "hand.joints.friction"),
-        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost({"joint_torque": 1.0})),
+        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost("joint_torque")),
          {**NO_SERVO, "hand.joints": {"damping": 0.1}}, "hand.joints.damping"),
-        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost({"joint_torque": 1.0})),
+        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost("joint_torque")),
          {**NO_SERVO, "hand.joints": {"velocity_limit": 8.0}}, "hand.joints.velocity_limit"),
     ],
 )  # fmt: skip

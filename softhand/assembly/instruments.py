@@ -89,10 +89,9 @@ def _check_commands(controller: Controller, servo: ServoSection | None) -> None:
 
 
 def not_linear(scenario: Scenario) -> list[str]:
-    """Keys of what no linear loop has: rounding, and rates that are cut."""
-    return [
-        key for key in left_out(scenario) if key.rpartition(".")[2] in ("quantisation", "rate_limit", "velocity_limit")
-    ]
+    """Keys of what no linear loop has: rounding, rates that are cut, and torques that fall with the speed."""
+    kinds = ("quantisation", "rate_limit", "velocity_limit")
+    return [key for key in left_out(scenario) if key.rpartition(".")[2] in kinds]
 
 
 def left_out(scenario: Scenario) -> list[str]:

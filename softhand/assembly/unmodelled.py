@@ -38,8 +38,8 @@ def must_model(
         values = getattr(mechanics, part)
         if np.any(values):
             raise ScenarioError(
-                f"hand.joints.{part}: {tool} does not know {_WHY[part]}; look at a run, or leave it out to see the hand "
-                f"without: hand.joints.{part} = 0.0.",
+                f"hand.joints.{part}: {tool} does not know {_WHY[part]}; look at a run, or leave it out: "
+                f"hand.joints.{part} = 0.0.",
                 key=f"hand.joints.{part}", value=np.asarray(values).tolist(),
             )  # fmt: skip
     if actuation is not None and actuation.servos is not None:

@@ -1,4 +1,4 @@
-"""What becomes of a command before the joints have a torque: delay, servo, limits of torque and speed, rate, lag, noise."""
+"""What becomes of a command before the joints have a torque: delay, servo, limits, lag, noise."""
 
 from __future__ import annotations
 
@@ -104,7 +104,8 @@ def drive_of(
     return Drive(
         command, np.zeros(n) if commanded is None else commanded, effort_limit, torque, limited,
         actuation.rate_limit.copy(), actuation.decay.copy(), actuation.mean.copy(), actuation.noise.copy(),
-        _speeds(actuation, n), servo_table(actuation.servos, joints, moving.q, moving.v), np.array([actuation.seed]), line, state, line.copy(), state.copy(), np.full(1, -1),
+        _speeds(actuation, n), servo_table(actuation.servos, joints, moving.q, moving.v), np.array([actuation.seed]),
+        line, state, line.copy(), state.copy(), np.full(1, -1),
     )  # fmt: skip
 
 

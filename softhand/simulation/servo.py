@@ -2,7 +2,7 @@
 
     position    tau = K (q_d - q) - D q'              the command is q_d, which moves no faster than its rate limit
     velocity    tau = D (v_d - q')                    the command is v_d, likewise
-    impedance   tau = u + K (q_d - q) - D q'          the command is the torque u; q_d is where the joint was when it came
+    impedance   tau = u + K (q_d - q) - D q'          the command is u; q_d is where the joint was when it came
 
 A servo sees its own joints, exactly and at once, and K (q_d - q) - D q' is held between two of its samples. Before the
 run it has held the first command for long.
