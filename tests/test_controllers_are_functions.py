@@ -24,11 +24,14 @@ needs_robots = pytest.mark.skipif(
     importlib.util.find_spec("example_robot_data") is None,
     reason='needs the extra robots: pip install "softhand[robots]"',
 )
-PINCH = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase"}
+PINCH = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase",
+         "set-points": "set-points"}  # fmt: skip
 NEEDED = {"state-feedback": {"gain_file": str(DATA / "state_feedback.toml")}}
 UNEQUAL = {"K_O_position": (80.0, 100.0, 120.0), "K_N": (1.2, 1.5, 1.8), "K_v": 0.01}
 EULER = {"orientation_error": "euler"}
+SENT = {"position": (-0.1, -0.4, 1.5, 0.1, -0.5, 1.4, 0.0, -0.7, 1.6), "offset": 0.02, "duration": 0.02}
 CASES: list[Any] = [
+    ("set-points", "set-points", SENT),
     *((name, PINCH.get(name, "target-a"), NEEDED.get(name, {})) for name in SHIPPED["controllers"]),
     *((name, "target-a", {"torsion_compensation": False}) for name in
       ("regulation", "finger-only", "point-contact", "object-impedance", "computed-torque")),
@@ -233,6 +236,7 @@ MEASURED = {
     "angle-feedback": {"object_position", "object_rotation", "object_twist", "contact_rotation", "contact_point",
                        "hand_force_jacobian"},
     "two-phase": {"object_rotation"},
+    "set-points": set(),
     "pick-and-place": GRASP | TWIST | {"object_rotation", "internal_force"},
 }  # fmt: skip
 """What each reads after its start, beside the time, the joints, what depends on these alone, and what is desired."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from joint_rigs import Finger
 
 import softhand
 from softhand import Controller, build, load_scenario, rollout
 from softhand.errors import ScenarioError
+from softhand.numerics.spatial import rotation_of
 from softhand.simulation.actuation import Actuation, act, drive_of
 from softhand.simulation.servo import Servos
 from softhand.steppers.midpoint import Midpoint
@@ -207,10 +209,27 @@ def test_set_points_squeeze_and_lift() -> None:
     np.testing.assert_allclose(recording.internal_force[-1], [4.0, 4.0, 3.0], atol=0.1)
 
 
+def test_a_hand_of_set_points_that_is_turned_does_the_same() -> None:
+    """Hand, object and gravity turned about the origin, off every axis."""
+    scenario = load_scenario("set-points", {"duration": 0.1, "controller.duration": 0.1})
+    Q = rotation_of((-2.0, 0.7, 1.3))
+    here = build(scenario).run()
+    turned = {
+        "gravity": (Q @ scenario.gravity).tolist(),
+        "hand.rpy": pin.rpy.matrixToRpy(Q).tolist(),
+        "object.position": (Q @ scenario.object.position).tolist(),
+        "object.rpy": pin.rpy.matrixToRpy(Q).tolist(),
+    }
+    there = build(scenario.replace(turned)).run()
+    assert np.ptp(here.joint_position, axis=0).max() > 0.01
+    np.testing.assert_allclose(there.joint_position, here.joint_position, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(there.object_position, here.object_position @ Q.T, rtol=0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("base", "values", "message"),
     [
-        ("set-points", {"actuation": None}, r"commands a position of each joint and needs a servo of kind \"position\""),
+        ("set-points", {"actuation": None}, "commands a position of each joint and needs"),
         ("servo", {"actuation.servo": {"kind": "position", "stiffness": 1.0}}, "commands a torque of each joint"),
         ("servo", {"actuation.servo.kind": "velocity"}, 'kind "velocity" has no stiffness'),
         ("servo", {"actuation.servo": {"kind": "position"}}, "does nothing without stiffness"),
