@@ -186,7 +186,7 @@ def test_the_command_is_recorded_as_what_it_is() -> None:
     assert "joint_torque_commanded" not in recording.variables
     np.testing.assert_allclose(recording.joint_position_commanded[0] - recording.joint_position[0],
                                load_scenario("set-points").controller.parameters["offset"], atol=1e-12)  # fmt: skip
-    assert set(recording.units("joint_position_commanded").split(", ")) == {"rad"}
+    assert set(recording.units("joint_position_commanded")) == {"rad"}
     recording = build(load_scenario("servo", {"duration": 0.005})).run()
     assert "joint_torque_commanded" in recording.variables
 
@@ -261,9 +261,9 @@ NO_SERVO = {"actuation": None, "controller.period": 0.001}
         (softhand.stability, {"hand.joints": None}, "actuation.servo"),
         (softhand.equilibrium, {}, "hand.joints.friction"),
         (lambda scenario: softhand.grasp_stiffness(scenario, joints="controller"), {}, "hand.joints.friction"),
-        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost("joint_torque")),
+        (lambda scenario: softhand.gradient(scenario, softhand.QuadraticCost("joint_torque"), ["object.mass"]),
          {**NO_SERVO, "hand.joints": {"damping": 0.1}}, "hand.joints.damping"),
-        (lambda scenario: softhand.gradient(scenario, ["object.mass"], softhand.QuadraticCost("joint_torque")),
+        (lambda scenario: softhand.gradient(scenario, softhand.QuadraticCost("joint_torque"), ["object.mass"]),
          {**NO_SERVO, "hand.joints": {"velocity_limit": 8.0}}, "hand.joints.velocity_limit"),
     ],
 )  # fmt: skip
