@@ -41,8 +41,8 @@ def text_of(joints: int, limits: tuple[float, float] = (-9.0, 9.0), dynamics: st
     for k in range(joints):
         parts.append(
             f'<link name="link{k}"><inertial><origin xyz="{c[0]} {c[1]} {c[2]}"/><mass value="{MASS}"/>'
-            f'<inertia ixx="{tensor[0, 0]}" ixy="{tensor[0, 1]}" ixz="{tensor[0, 2]}" iyy="{tensor[1, 1]}" iyz="{tensor[1, 2]}" '
-            f'izz="{tensor[2, 2]}"/></inertial></link>'
+            f'<inertia ixx="{tensor[0, 0]}" ixy="{tensor[0, 1]}" ixz="{tensor[0, 2]}" iyy="{tensor[1, 1]}" '
+            f'iyz="{tensor[1, 2]}" izz="{tensor[2, 2]}"/></inertial></link>'
             f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/>'
             f'<origin xyz="0.01 0.02 0.03" rpy="0.3 -0.7 0.5"/><axis xyz="{" ".join(map(str, AXES[k]))}"/>'
             f'<limit lower="{limits[0]}" upper="{limits[1]}" effort="2" velocity="20"/>{dynamics}</joint>'

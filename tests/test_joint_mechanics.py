@@ -8,10 +8,19 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from hands import BOX_URDF, REPOSITORY
 from joint_rigs import AXES, CENTRE, GRAVITY, MASS, Finger, finger_world, inertia_about
 from scipy.optimize import brentq
 
+import softhand
 from softhand.errors import ScenarioError
+from softhand.model.body import ObjectModel
+from softhand.model.compiled_snapshot import CompiledSnapshot
+from softhand.model.hand import HandModel
+from softhand.model.joint_mechanics import JointTable
+from softhand.model.snapshot import Snapshot
+from softhand.model.terms import RigidTerms
+from softhand.model.world import World, load_world
 from softhand.numerics.linear import factor
 from softhand.plant.resistance import hold, resistance_of
 from softhand.steppers.adaptive import Adaptive
@@ -243,3 +252,57 @@ def test_dynamics_of_the_urdf_are_taken_where_asked_for() -> None:
     assert not np.any(free.mechanics.damping) and not np.any(free.mechanics.friction)
     np.testing.assert_array_equal(asked.mechanics.damping, [0.25, 0.25])
     np.testing.assert_array_equal(asked.mechanics.friction, [0.5, 0.5])
+
+
+COUPLED = REPOSITORY / "urdf" / "coupled_hand.urdf"
+
+
+def coupled_world(file: Any = COUPLED, **mechanics: Any) -> World:
+    """Three motors for six joints."""
+    hand = HandModel.read(file, ("index_tip", "middle_tip", "thumb_tip"), mechanics=JointTable(**mechanics))
+    return load_world(hand, ObjectModel.read(BOX_URDF))
+
+
+def test_rotors_of_coupled_joints_are_those_of_their_motors() -> None:
+    """S^T M S + armature, from Pinocchio, from the kernel and apart from a run; nothing of it on the joints."""
+    plain, rotors = coupled_world(), coupled_world(armature=3e-5)
+    rng = np.random.default_rng(3)
+    q = np.concatenate([rng.uniform(0.1, 0.5, 3), [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0]])
+    v = rng.normal(size=9)
+    expected = np.diag([3e-5] * 3 + [0.0] * 6)
+    found = [world.coupled for world in (plain, rotors)]
+    assert not np.any(found[0].armature)
+    for kind in (Snapshot, CompiledSnapshot):
+        snapshots = [kind(world) for world in (plain, rotors)]
+        for snapshot in snapshots:
+            snapshot.update(q, v)
+        np.testing.assert_allclose(np.triu(snapshots[1].M - snapshots[0].M), expected, atol=1e-18)
+        np.testing.assert_array_equal(snapshots[1].nle, snapshots[0].nle)
+    terms = [RigidTerms(world.model, world.coupled).mass_matrix(q) for world in (plain, rotors)]
+    np.testing.assert_allclose(terms[1] - terms[0], expected, atol=1e-18)
+
+
+def test_dynamics_of_coupled_joints_are_felt_by_their_motors(tmp_path: Any) -> None:
+    """Power is the same: sum of d S^2 and of f |S| over the joints that a motor moves, whatever the sign of a ratio."""
+    text = COUPLED.read_text()
+    file = tmp_path / "hand.urdf"
+    file.write_text(text.replace("<limit ", '<dynamics damping="0.2" friction="0.3"/><limit '))
+    world = coupled_world(file, damping="urdf", friction="urdf")
+    S = world.coupling.S
+    assert np.any(np.abs(S) != np.round(np.abs(S))) and len(S) == 6
+    np.testing.assert_allclose(world.mechanics.damping, 0.2 * np.sum(S**2, axis=0), rtol=1e-12)
+    np.testing.assert_allclose(world.mechanics.friction, 0.3 * np.sum(np.abs(S), axis=0), rtol=1e-12)
+
+
+def test_gears_that_cannot_be_driven_back_hold_the_box_alone() -> None:
+    """Motors off: above the largest holding torque, 0.43 N m, no joint moves in 0.3 s; below it the hand gives way."""
+    moved = {}
+    for friction in (0.3, 0.43):
+        values = {"hand.joints": {"friction": friction, "armature": 1e-4}, "duration": 0.3}
+        simulation = softhand.build("target-a", overrides=values)
+        start = simulation.state.q[:9].copy()
+        simulation.reset()
+        for _ in range(300):
+            simulation.step(np.zeros(9))
+        moved[friction] = np.max(np.abs(simulation.state.q[:9] - start))
+    assert moved[0.43] == 0.0 and moved[0.3] > 1e-3
