@@ -229,7 +229,7 @@ def test_a_hand_of_set_points_that_is_turned_does_the_same() -> None:
 @pytest.mark.parametrize(
     ("base", "values", "message"),
     [
-        ("set-points", {"actuation": None}, "commands a position of each joint and needs"),
+        ("set-points", {"actuation": None}, "commands a position of each joint; of servos it needs one"),
         ("servo", {"actuation.servo": {"kind": "position", "stiffness": 1.0}}, "commands a torque of each joint"),
         ("servo", {"actuation.servo.kind": "velocity"}, 'kind "velocity" has no stiffness'),
         ("servo", {"actuation.servo": {"kind": "position"}}, "does nothing without stiffness"),

@@ -78,10 +78,10 @@ def _check_commands(controller: Controller, servo: ServoSection | None) -> None:
         return
     name = type(controller).__name__
     is_torque = commands == "torque"
-    own = 'a servo of kind "impedance", or none,' if is_torque else f'a servo of kind "{commands}"'
+    own = 'none, or one of kind "impedance"' if is_torque else f'one of kind "{commands}"'
     have = "there is no servo" if servo is None else f'it is of kind "{servo.kind}"'
     raise ScenarioError(
-        f"actuation.servo: the controller {name} commands a {commands} of each joint and needs {own}, but {have}; "
+        f"actuation.servo: the controller {name} commands a {commands} of each joint; of servos it needs {own}, but {have}; "
         + ("choose that, or the controller set-points." if is_torque else
            f'write [actuation.servo] with kind = "{commands}" and its gains.'),
         key="actuation.servo", value=None if servo is None else servo.kind,

@@ -92,7 +92,7 @@ class ServoSection(Settings):
     period: Positive | None = None
     """Time between two samples of the servos, a whole number of control periods [s]; each one if not given."""
     rate_limit: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
-    """Largest rate of a set point, of positions or of velocities, likewise; none if not given [rad/s or rad/s^2]."""
+    """Largest rate of a set point, likewise, of velocities a second more; none if not given [rad/s or m/s]."""
     torque_limit: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
     """Largest torque of a servo, beside the effort limits, likewise; none if not given [N m or N]."""
 

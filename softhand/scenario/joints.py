@@ -20,7 +20,7 @@ class JointsSection(Settings):
     """
 
     armature: Each = 0.0
-    """Inertia of the rotor as the joint feels it: gear ratio squared times its own [kg m^2, or kg of a slide]."""
+    """Inertia of the rotor as the joint feels it: gear ratio squared times its own [kg m^2 or kg]."""
     damping: Given = 0.0
     """Viscous damping, or "urdf" for that of `<dynamics>` [N m s/rad or N s/m]."""
     friction: Given = 0.0
