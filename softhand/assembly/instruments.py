@@ -81,7 +81,8 @@ def _check_commands(controller: Controller, servo: ServoSection | None) -> None:
     own = 'none, or one of kind "impedance"' if is_torque else f'one of kind "{commands}"'
     have = "there is no servo" if servo is None else f'it is of kind "{servo.kind}"'
     raise ScenarioError(
-        f"actuation.servo: the controller {name} commands a {commands} of each joint; of servos it needs {own}, but {have}; "
+        f"actuation.servo: the controller {name} commands a {commands} of each joint; of servos it needs {own}, but "
+        f"{have}; "
         + ("choose that, or the controller set-points." if is_torque else
            f'write [actuation.servo] with kind = "{commands}" and its gains.'),
         key="actuation.servo", value=None if servo is None else servo.kind,
