@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from joint_rigs import Finger
+from joint_rigs import AXES, Finger, inertia_about
 
 import softhand
 from softhand import Controller, build, load_scenario, rollout
+from softhand.checks.scenario import check_scenario
 from softhand.errors import ScenarioError
 from softhand.numerics.spatial import rotation_of
 from softhand.simulation.actuation import Actuation, act, drive_of
 from softhand.simulation.servo import Servos
 from softhand.steppers.midpoint import Midpoint
 
-PERIOD = 1e-3
+PERIOD, INERTIA = 1e-3, inertia_about(AXES[0])
 
 
 class Driven:
@@ -247,6 +248,23 @@ def test_what_is_wrong_is_told(base: str, values: dict[str, Any], message: str) 
     """With the key and the remedy."""
     with pytest.raises((ScenarioError, softhand.ControllerError), match=message):
         build(load_scenario(base, values)).sample()
+
+
+def test_a_motor_that_would_chatter_is_told() -> None:
+    """By how much inertia is missing; with that it runs steadily, and without it does not."""
+    for armature, chatters in ((1e-6, True), (2e-4, False)):
+        scenario = load_scenario("target-a", {"hand.joints": {"armature": armature, "velocity_limit": 8.0}})
+        told = [line for line in check_scenario(scenario).warnings if "chatters" in line]
+        assert bool(told) == chatters
+    steady = []
+    for inertia in (1.05, 0.95):  # of what is needed, effort period / 2 v_0
+        driven = Driven(effort=0.5, speed=6.0, limits=(-900.0, 900.0), armature=0.5 * PERIOD / 12.0 * inertia - INERTIA)
+        driven.command[0], driven.finger.plant.external[0] = 10.0, -0.1
+        driven.run(1.0)
+        before = driven.finger.v[0]
+        driven.run(PERIOD)
+        steady.append(abs(driven.finger.v[0] - before) < 0.1)
+    assert steady == [True, False]
 
 
 NO_SERVO = {"actuation": None, "controller.period": 0.001}

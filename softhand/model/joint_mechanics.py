@@ -48,7 +48,8 @@ class JointMechanics(NamedTuple):
 
 def free_joints(n: int) -> JointMechanics:
     """Joints that have nothing of their own."""
-    return JointMechanics(*(np.zeros(n) for _ in range(5)), np.full(n, np.inf))
+    armature, damping, friction, stiffness, dissipation = np.zeros((5, n))
+    return JointMechanics(armature, damping, friction, stiffness, dissipation, np.full(n, np.inf))
 
 
 def read_joint_mechanics(

@@ -75,8 +75,10 @@ def servo_table(servos: Servos | None, joints: NDArray[np.int64], q: Array, v: A
         none = np.zeros(0)
         return ServoTable(np.array([TORQUE, 1, 1]), none, none, none, none, joints, q, v)
     whole = np.array([KINDS[servos.kind], servos.stride, servos.command_stride])
-    numbers = (servos.stiffness, servos.damping, servos.rate_limit, servos.torque_limit)
-    return ServoTable(whole, *(array.copy() for array in numbers), joints, q, v)
+    K, D, rate, most = (
+        array.copy() for array in (servos.stiffness, servos.damping, servos.rate_limit, servos.torque_limit)
+    )
+    return ServoTable(whole, K, D, rate, most, joints, q, v)
 
 
 def become(table: ServoTable, servos: Servos | None) -> bool:

@@ -127,9 +127,9 @@ def _midpoint(m, step):
     if m.branches.shape[0] == 0:
         rigid_terms(m.tree, state.q, m.kicks.ahead, m.terms)
     for k in range(m.branches.shape[0]):
-        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):
+        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):  # type: ignore[call-arg]
             branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, m.kicks.ahead, m.terms)
-    if not done(codes, BEGIN):
+    if not done(codes, BEGIN):  # type: ignore[call-arg]
         begin_kick(m.torque, m.external, m.terms, m.envelope, m.kicks, step, state.v)
     if own.force.shape[0]:
         resist(m.touch, m.kicks, step, state.q)
