@@ -56,6 +56,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "opposing": "softhand.controllers.opposing:Opposing",
         "angle-feedback": "softhand.controllers.angle_feedback:AngleFeedback",
         "two-phase": "softhand.controllers.two_phase:TwoPhase",
+        "set-points": "softhand.controllers.set_points:SetPoints",
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
     },
     "references": {

@@ -308,6 +308,17 @@ def two_phase(controller: Any, seen: Seen) -> Array:
     return K_q * (q_d - now.joint_position) - spread(controller.K_d, n) * now.joint_velocity
 
 
+def set_points(controller: Any, seen: Seen) -> Array:
+    """A way of minimum jerk from where the joints were, or to velocities."""
+    start, n = seen[0].joint_position, len(seen[0].joint_position)
+    x = (seen[-1].time - seen[0].time) / controller.duration if controller.duration else 1.0
+    share = float(np.polyval([6.0, -15.0, 10.0, 0.0, 0.0, 0.0], min(x, 1.0)))
+    if controller.velocity is not None:
+        return share * np.asarray(controller.velocity)
+    way = 0.0 if controller.position is None else np.asarray(controller.position) - start
+    return start + spread(controller.offset, n) + share * way
+
+
 def pick_and_place(controller: Any, seen: Seen) -> Array:
     """Free tips on springs to their feet at the start, (59) while all tips touch and shall hold."""
     start, now = seen[0], seen[-1]
@@ -441,6 +452,7 @@ FORMULAS: dict[str, Formula] = {
     "opposing": opposing,
     "angle-feedback": angle_feedback,
     "two-phase": two_phase,
+    "set-points": set_points,
     "pick-and-place": pick_and_place,
 }
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from softhand import ControllerError, Recording, ScenarioError, build, load_scenario
 from softhand.assembly.instruments import read_actuation
+from softhand.controllers.regulation import Regulation
 from softhand.simulation.asking import Actuators
 
 Array = NDArray[np.float64]
@@ -21,8 +22,10 @@ N = 9  # joints
 def drives(limit: float = 100.0, **settings: Any) -> Actuators:
     """Those of the reference hand."""
     scenario = load_scenario("target-a", {"actuation": settings})
-    made = read_actuation(scenario, build("target-a").plant.world)
-    return Actuators(np.zeros(N), np.full(N, limit), made)
+    simulation = build("target-a")
+    world = simulation.plant.world
+    made = read_actuation(scenario, world, Regulation())
+    return Actuators(np.zeros(N), np.full(N, limit), world.joints, simulation.state.arrays, made)
 
 
 def answers(actuators: Actuators, commands: Any) -> Array:

@@ -93,3 +93,61 @@ def test_a_law_whose_energy_depends_on_the_lean_is_no_spring() -> None:
     """As a tip rolls, such an energy changes without work."""
     assert is_spring(Conservative(radius=0.010)) and is_spring(Radial(radius=0.010))
     assert not is_spring(ParallelDistributed(radius=0.010))
+
+
+JOINTS = {
+    "rotors": {"armature": 5e-5},
+    "damped": {"damping": 0.01},
+    "friction": {"friction": 0.01},
+    "stops": {"stop_stiffness": 2.0, "stop_damping": 2.0},
+    "all": {"armature": 2e-5, "damping": 0.002, "friction": 0.004, "stop_stiffness": 2.0, "stop_damping": 2.0},
+}
+
+
+@pytest.mark.parametrize("kind", list(JOINTS))
+def test_what_joints_take_is_in_the_ledger(kind: str) -> None:
+    """The residual falls with the step and is small beside what they take; each account is there where it is used.
+
+    For the stops the upper limits of the proximal joints are put where the joints pass on their way.
+    """
+    given = JOINTS[kind]
+    values: dict[str, Any] = {"hand.joints": given}
+    coarse, fine = (_ledger_at_stops(step, values, "stop_stiffness" in given) for step in (1e-3, 5e-4))
+    used = [name for name in ("joint_damping", "joint_friction", "stop_damping") if np.any(getattr(fine, name))]
+    assert used == [
+        name for name, key in (("joint_damping", "damping"), ("joint_friction", "friction"),
+                               ("stop_damping", "stop_damping")) if key in given
+    ]  # fmt: skip
+    assert all(getattr(fine, name)[-1] > 2e-6 for name in used)
+    smallest = min([fine.work[-1], *(getattr(fine, name)[-1] for name in used)], key=abs)
+    assert abs(fine.residual[-1]) < 0.02 * abs(smallest)
+    assert abs(fine.residual[-1]) < 0.6 * abs(coarse.residual[-1])
+
+
+def _ledger_at_stops(step: float, values: dict[str, Any], at_stops: bool) -> Ledger:
+    scenario = with_law(load_scenario("target-a"), "conservative").with_values(
+        {**values, "stepper.step": step, "control_period": step, "duration": 0.5, "reference.duration": 0.4}
+    )
+    simulation = build(scenario)
+    if at_stops:
+        own = simulation.plant.touching.resistance
+        start = simulation.state.q[own.places[:, 0]]
+        own.limits[:, 0], own.limits[:, 1] = start - 0.02, start + 0.02
+    recording = simulation.run()
+    ledger_plant = simulation.plant
+    if not at_stops:
+        return energy_ledger(recording, ledger_plant)
+    return _with_limits(recording, ledger_plant)
+
+
+def _with_limits(recording: Recording, plant: Any) -> Ledger:
+    """The ledger by the limits of that plant, which are not those of its URDF."""
+    import softhand.analysis.energy as module
+
+    moved, original = plant.touching.resistance, module.joint_energy
+    try:
+        module.joint_energy = lambda run, fresh: original(run, plant)  # type: ignore[assignment]
+        assert np.any(moved.limits)
+        return energy_ledger(recording, plant)
+    finally:
+        module.joint_energy = original

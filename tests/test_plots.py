@@ -450,7 +450,8 @@ def ledger() -> Ledger:
     """Accounts that are all equal to nothing but the work and the height."""
     time = np.linspace(0.0, 1.0, 11)
     nothing, rising = np.zeros_like(time), 0.1 * time
-    values = dict.fromkeys(ACCOUNTS, nothing) | {"work": rising, "pushed": rising, "gravity": 2.0 * rising}
+    joints = dict.fromkeys(("joint_damping", "joint_friction", "stops", "stop_damping"), 0.1 * rising)
+    values = dict.fromkeys(ACCOUNTS, nothing) | joints | {"work": rising, "pushed": rising, "gravity": 2.0 * rising}
     return Ledger(time=time, is_spring=True, **values)
 
 

@@ -78,8 +78,8 @@ def test_in_slip_it_holds_for_moves_to_within_the_limit(seed: int) -> None:
 
 
 def test_what_cannot_be_followed_is_differenced() -> None:
-    """Another stepper, and periods of two steps: `Linearizer` is then `linearize`, bit for bit."""
-    for changes in ({"stepper.name": "rk4"}, {"stepper.step": 5e-4}):
+    """Another stepper, periods of two steps, and joints with damping: `Linearizer` is then `linearize`, bit for bit."""
+    for changes in ({"stepper.name": "rk4"}, {"stepper.step": 5e-4}, {"hand.joints.damping": 0.01}):
         scenario = softhand.load_scenario("target-a", changes)
         state, torque = softhand.build(scenario).save(), np.full(9, 0.05)
         found = Linearizer(scenario).at(state, torque)

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.analysis.joint_energy import joint_energy, rotor_energy
 from softhand.assembly.plant import read_plant
 from softhand.assembly.probe import check_states, recorded_scenario, recorded_state
 from softhand.contact.pads import Contact
@@ -35,13 +36,18 @@ class Ledger(Record):
         gravity: change of the potential energy of the weights [J].
         elastic: change of what the tips would give back, see `tip_energy` [J].
         damping: taken by the material of the tips, viscosity and relaxation [J].
-        slip: work of friction [J].
+        slip: work of friction at the tips [J].
+        joint_damping: taken by the damping of the joints [J].
+        joint_friction: taken by their dry friction [J].
+        stops: change of what their stops hold [J].
+        stop_damping: taken by these beside [J].
         is_spring: whether all laws are springs, see `is_spring`.
     """
 
     units: ClassVar = {
         "time": "s", "work": "J", "pushed": "J", "kinetic": "J", "gravity": "J", "elastic": "J", "damping": "J",
-        "slip": "J", "residual": "J", "lost": "J", "exchanged": "J",
+        "slip": "J", "joint_damping": "J", "joint_friction": "J", "stops": "J", "stop_damping": "J", "residual": "J",
+        "lost": "J", "exchanged": "J",
     }  # fmt: skip
 
     time: Array
@@ -52,12 +58,17 @@ class Ledger(Record):
     elastic: Array
     damping: Array
     slip: Array
+    joint_damping: Array
+    joint_friction: Array
+    stops: Array
+    stop_damping: Array
     is_spring: bool
 
     @property
     def taken(self) -> Array:
-        """What joints and pushes gave and the bodies do not have: it is in the tips or lost there [J]."""
-        return self.work + self.pushed - self.kinetic - self.gravity
+        """What drives and pushes gave and bodies and joints do not have: it is in the tips or lost there [J]."""
+        given = self.work + self.pushed - self.kinetic - self.gravity
+        return given - self.joint_damping - self.joint_friction - self.stops - self.stop_damping
 
     @property
     def lost(self) -> float:
@@ -79,8 +90,8 @@ class Ledger(Record):
 
     @property
     def accounts(self) -> dict[str, str]:
-        """`ACCOUNTS`, without pushes where nothing pushed."""
-        return {name: label for name, label in ACCOUNTS.items() if name != "pushed" or np.any(self.pushed)}
+        """`ACCOUNTS`, without pushes where nothing pushed, and without what the joints do not take."""
+        return {name: label for name, label in ACCOUNTS.items() if name not in _RARE or np.any(getattr(self, name))}
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value at the end of each account."""
@@ -101,8 +112,14 @@ ACCOUNTS = {
     "elastic": "elastic energy of the tips",
     "damping": "damped in the tips",
     "slip": "lost to slip",
+    "joint_damping": "damped in the joints",
+    "joint_friction": "lost to friction of the joints",
+    "stops": "elastic energy of the stops",
+    "stop_damping": "damped in the stops",
 }
 """Arrays of a `Ledger`, in words; the first two together equal the sum of the others and the residual."""
+
+_RARE = ("pushed", "joint_damping", "joint_friction", "stops", "stop_damping")
 
 
 def energy_ledger(
@@ -110,14 +127,15 @@ def energy_ledger(
 ) -> Ledger:
     """The energy ledger of a run:
 
-        work + pushed = kinetic + gravity + elastic + damping + slip + residual
+        work + pushed = kinetic + gravity + elastic + damping + slip + what joints take + residual
 
     The torque is held over a control period, so its work is the sum of tau . (q_F(next) - q_F): exact. Damping by the
     controller is in this work already. Pushes are held over a step: their work is as exact where a control period is
     one step, else that of the push at the begin of the period is taken for all of it. What the material damps is the
     integral of J_delta^T f - F over the deformation, F the force of the law, from sample to sample by the trapezoidal
     rule; what F stores beyond `tip_energy`, where tips relax, is in the same account. Slip is `slip_loss` of the
-    recording.
+    recording. Rotors are in the kinetic energy; what joints take is in `joint_energy`. The work of servos is that of
+    the torques that they give.
 
     Args:
         recording: with at least one sample.
@@ -143,7 +161,7 @@ def energy_ledger(
         slip = np.sum(recording.slip_loss, axis=1)
     if "support_slip_loss" in recording.variables:
         slip += np.sum(recording.support_slip_loss, axis=1)
-    pushed = _push_work(recording, plant)
+    pushed, joints = _push_work(recording, plant), joint_energy(recording, plant)
     energies = np.array([_energies(recording, plant, sample) for sample in (0, *chosen)])
     kinetic, gravity, elastic, relaxing = (energies[1:] - energies[0]).T
     return Ledger(
@@ -155,6 +173,10 @@ def energy_ledger(
         elastic=elastic,
         damping=damping[chosen] + relaxing,
         slip=slip[chosen] - slip[0],
+        joint_damping=joints.damping[chosen],
+        joint_friction=joints.friction[chosen],
+        stops=joints.stops[chosen],
+        stop_damping=joints.stop_damping[chosen],
         is_spring=all(is_spring(tip.law) for tip in plant.materials),
     )
 
@@ -225,7 +247,7 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
         stored, left = tip_energy(tip, contact), tip.damping.relaxed()
         elastic += stored
         relaxing += stored * (1.0 - left) / left
-    kinetic = pin.computeKineticEnergy(model, data, q, world.velocity(state.v))
+    kinetic = pin.computeKineticEnergy(model, data, q, world.velocity(state.v)) + rotor_energy(plant, state.v)
     return float(kinetic), float(pin.computePotentialEnergy(model, data, q)), elastic, relaxing
 
 

@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioError
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
-from softhand.scenario.instruments import InstrumentSection, periods_of, stride_of
+from softhand.scenario.instruments import ActuationSection, InstrumentSection, ServoSection, periods_of, stride_of
 from softhand.scenario.scenario import Scenario
 from softhand.sensing.quantities import QUANTITIES, Channel, Sensing, components
 from softhand.settings.wording import show
 from softhand.simulation.actuation import Actuation, lag_shares
+from softhand.simulation.servo import COMMANDS, Servos
 
 Numbers = float | Sequence[float]
 
@@ -34,26 +36,63 @@ def read_sensing(scenario: Scenario, world: World) -> Sensing | None:
     return Sensing(channels, section.seed)
 
 
-def read_actuation(scenario: Scenario, world: World) -> Actuation | None:
+def read_actuation(scenario: Scenario, world: World, controller: Controller) -> Actuation | None:
     """The drives of a scenario; None where the joints have the command at once.
 
     Raises:
-        ScenarioError: a list has another length than there are joints.
+        ScenarioError: a list has another length than there are joints, or the controller does not command what the
+            servos take.
     """
     section, period, n = scenario.actuation, scenario.control_period, world.n_joints
-    if section is None:
+    speeds = world.mechanics.velocity_limit
+    servo = section.servo if section is not None else None
+    _check_commands(controller, servo)
+    if section is None and not np.any(np.isfinite(speeds)):
         return None
+    section = section or ActuationSection()
     rate = math.inf if section.rate_limit is None else section.rate_limit
     lag, noise, most = (
         _one_each(f"actuation.{key}", value, n, f"{n} joints")
         for key, value in (("lag", section.lag), ("noise", section.noise), ("rate_limit", rate))
     )
-    return Actuation(periods_of(section.delay, period), most * period, *lag_shares(lag, period), noise, section.seed)
+    delay, shares = periods_of(section.delay, period), lag_shares(lag, period)
+    servos = None if servo is None else _read_servos(servo, period, n, controller)
+    return Actuation(delay, most * period, *shares, noise, section.seed, speeds.copy(), servos)
+
+
+def _read_servos(section: ServoSection, period: float, n: int, controller: Controller) -> Servos:
+    keys = ("stiffness", "damping", "rate_limit", "torque_limit")
+    given = [math.inf if getattr(section, key) is None else getattr(section, key) for key in keys]
+    K, D, rate, most = (
+        _one_each(f"actuation.servo.{key}", value, n, f"{n} joints") for key, value in zip(keys, given, strict=True)
+    )
+    stride = 1 if section.period is None else periods_of(section.period, period)
+    commands = 1 if controller.period is None else periods_of(controller.period, period)
+    return Servos(section.kind, K, D, rate * period, most, stride, commands)
+
+
+def _check_commands(controller: Controller, servo: ServoSection | None) -> None:
+    """A controller commands what its servos take."""
+    takes, commands = "torque" if servo is None else COMMANDS[servo.kind], controller.commands
+    if takes == commands:
+        return
+    name = type(controller).__name__
+    is_torque = commands == "torque"
+    own = 'none, or one of kind "impedance"' if is_torque else f'one of kind "{commands}"'
+    have = "there is no servo" if servo is None else f'it is of kind "{servo.kind}"'
+    raise ScenarioError(
+        f"actuation.servo: the controller {name} commands a {commands} of each joint; of servos it needs {own}, but "
+        f"{have}; "
+        + ("choose that, or the controller set-points." if is_torque else
+           f'write [actuation.servo] with kind = "{commands}" and its gains.'),
+        key="actuation.servo", value=None if servo is None else servo.kind,
+    )  # fmt: skip
 
 
 def not_linear(scenario: Scenario) -> list[str]:
-    """Keys of what no linear loop has: rounding, and rates that are cut."""
-    return [key for key in left_out(scenario) if key.rpartition(".")[2] in ("quantisation", "rate_limit")]
+    """Keys of what no linear loop has: rounding, rates that are cut, and torques that fall with the speed."""
+    kinds = ("quantisation", "rate_limit", "velocity_limit")
+    return [key for key in left_out(scenario) if key.rpartition(".")[2] in kinds]
 
 
 def left_out(scenario: Scenario) -> list[str]:
@@ -64,7 +103,9 @@ def left_out(scenario: Scenario) -> list[str]:
         found += [f"sensing.{name}.{key}" for key, value in given.items() if key not in ("bias", "noise") and value]
     if scenario.actuation is not None:
         given = scenario.actuation.model_dump(exclude_none=True, exclude={"seed", "noise"})
-        found += [f"actuation.{key}" for key, value in given.items() if np.any(value)]
+        found += [f"actuation.{key}" for key, value in given.items() if key != "servo" and np.any(value)]
+    if scenario.hand.joints is not None and scenario.hand.joints.velocity_limit is not None:
+        found.append("hand.joints.velocity_limit")
     return found
 
 

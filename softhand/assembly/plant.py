@@ -11,12 +11,14 @@ from softhand.laws.law import CompiledLaw, Law
 from softhand.model.body import ObjectModel
 from softhand.model.coupling import CouplingTable, MotorLimits
 from softhand.model.hand import HandModel
+from softhand.model.joint_mechanics import JointTable
 from softhand.model.urdf.mounting import TipPlace
 from softhand.model.world import World, load_world
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
 from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
+from softhand.scenario.joints import JointsSection
 from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp, solve_grasp
 from softhand.start.open import solve_open_start
@@ -33,7 +35,18 @@ def read_hand(scenario: Scenario) -> HandModel:
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
     coupling = read_coupling(hand.coupling)
-    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling)
+    mechanics = read_mechanics(hand.joints)
+    return HandModel.read(
+        file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling, mechanics=mechanics
+    )  # fmt: skip
+
+
+def read_mechanics(section: JointsSection | None) -> JointTable | None:
+    """What the joints of a scenario have of their own, as the model takes it."""
+    if section is None:
+        return None
+    given = ((name, getattr(section, name)) for name in JointTable._fields)
+    return JointTable(*(tuple(value.items()) if isinstance(value, dict) else value for _, value in given))
 
 
 def read_coupling(section: CouplingSection | None) -> CouplingTable | None:

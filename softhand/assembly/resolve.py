@@ -29,7 +29,7 @@ from softhand.sensing.quantities import Sensing
 from softhand.settings.wording import show
 from softhand.simulation.actuation import Actuation
 from softhand.start.grasp import Grasp
-from softhand.steppers.stepper import Stepper
+from softhand.steppers.stepper import Stepper, check_friction
 
 
 @dataclass(frozen=True)
@@ -97,10 +97,11 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     controller = controller or read_controller(scenario)
     stepper, reference = read_stepper(scenario), read_reference(scenario)
     world = read_world(scenario)
+    check_friction(stepper, world.mechanics.friction)
     fingertips = read_fingertips(scenario, world, law)
     supports = read_supports(scenario, world, fingertips)
     grasp = solve_start(scenario, world, fingertips, supports)
-    sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world)
+    sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world, controller)
     return Setup(
         world, fingertips, supports, grasp, controller, reference, stepper, scenario, law, sensing, actuation
     )  # fmt: skip

@@ -16,6 +16,7 @@ from softhand.laws.law import Law, compile_law
 from softhand.model.world import World, load_world
 from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp
+from softhand.steppers.stepper import check_friction
 
 _OF_BODY = ("urdf", "ellipsoid", "hull")
 _OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm"}
@@ -75,6 +76,7 @@ class Variations:
             controller = read_controller(now)
         if "stepper" in changed:
             stepper = read_stepper(now)
+            check_friction(stepper, base.world.mechanics.friction)
         if "reference" in changed:
             reference = read_reference(now)
         world = load_world(self._hand, replace(self._object, mass=now.object.mass), now.gravity, base.world.shape)
@@ -85,7 +87,7 @@ class Variations:
         grasp = _copy(base.grasp)
         if changed & _OF_START:
             grasp = solve_start(now, world, fingertips, supports, self._code)
-        sensing, actuation = read_sensing(now, world), read_actuation(now, world)
+        sensing, actuation = read_sensing(now, world), read_actuation(now, world, controller)
         return Setup(
             world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation
         )  # fmt: skip

@@ -215,8 +215,9 @@ class CompiledRun:
             plan.between[SEE] = codes[-1].code, codes[-1].place
         drive = None
         if setup.actuation is not None:
-            drive = drive_of(setup.actuation, plan.command, plan.effort_limit, self.mechanics.torque, plan.limited,
-                             self._block[-self.plant.world.n_joints :])  # fmt: skip
+            world, m = self.plant.world, self.mechanics
+            drive = drive_of(setup.actuation, plan.command, plan.effort_limit, m.torque, plan.limited, world.joints,
+                             m.state, self._block[-world.n_joints :])  # fmt: skip
             codes.append(addressed(act, drive, plan.progress, layouts=self.layouts))
             plan.between[ACT] = codes[-1].code, codes[-1].place
         self._between = codes

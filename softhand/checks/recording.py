@@ -88,7 +88,7 @@ def _expected(recording: Recording) -> list[str]:
         for name, variable in VARIABLES.items()
         if labelled.isdisjoint(variable.dims)
         and (is_measured or not name.startswith(MEASURED_PREFIX))
-        and (name != COMMANDED or COMMANDED in recording.variables)
+        and (name not in COMMANDED.values() or name in recording.variables)
     ]
 
 

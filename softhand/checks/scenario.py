@@ -85,7 +85,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
     colliding = told(lambda: collisions_at_start(setup))
     warnings = [
-        *_of_urdf(world.hand),
+        *_of_hand(scenario, world.hand),
         *_of_urdf(world.object),
         *_of_start(setup, simulation, observation, frequency),
         *colliding.warnings,
@@ -123,6 +123,7 @@ def _of_start(setup: Setup, simulation: Simulation, observation: Observation, fr
     return [
         *_of_tips(observation, simulation.plant),
         *_of_joints(simulation, world),
+        *_of_motors(scenario, simulation, world),
         *_of_step(scenario, stepper.stable_up_to, frequency),
         *_of_table(scenario, world),
     ]
@@ -149,6 +150,12 @@ def fastest_frequency(plant: Plant, state: State) -> float:
 
 def _of_urdf(urdf: Urdf) -> list[str]:
     return [f"{urdf.file}, {finding}" for finding in urdf.warnings]
+
+
+def _of_hand(scenario: Scenario, urdf: Urdf) -> list[str]:
+    """Its `<dynamics>` are told only as long as nothing is said of the joints."""
+    told = [finding for finding in urdf.warnings if scenario.hand.joints is None or "<dynamics>" not in finding.element]
+    return [f"{urdf.file}, {finding}" for finding in told]
 
 
 def _of_tips(observation: Observation, plant: Plant) -> Iterator[str]:
@@ -194,6 +201,21 @@ def _of_joints(simulation: Simulation, world: World) -> Iterator[str]:
         if torque > _NEAR * limits[k]:
             unit = "N" if slides[k] else "N m"
             yield f"{name}: the controller asks for {torque:.3g} of {limits[k]:.3g} {unit} at the start."
+
+
+def _of_motors(scenario: Scenario, simulation: Simulation, world: World) -> Iterator[str]:
+    """A motor whose torque falls with its speed is sampled once a control period: v' = - effort / (v_0 m) v + ..."""
+    speeds, effort, period = world.mechanics.velocity_limit, world.effort_limit, scenario.control_period
+    if not np.any(np.isfinite(speeds)):
+        return
+    M = simulation.plant.rigid.mass_matrix(simulation.state.q)[: len(speeds), : len(speeds)]
+    least = period * effort / (2.0 * speeds) - 1.0 / np.diag(np.linalg.inv(M))
+    for k in np.flatnonzero(least > 0.0).tolist():
+        yield (
+            f"{world.joint_names[k]}: its motor stops the free finger within a control period, so that its speed "
+            f"chatters about hand.joints.velocity_limit; add {least[k]:.2g} to its hand.joints.armature, or choose a "
+            "shorter control_period."
+        )
 
 
 def _of_step(scenario: Scenario, stable_up_to: float, frequency: float) -> Iterator[str]:

@@ -50,6 +50,7 @@ class GainLoop:
 
 def close_gain_loop(start: HeldStart) -> GainLoop:
     """The loop about a start with the controller `regulation`."""
+    start.must_be_known("The loop of a held grasp")
     law, probe, n = start.controller, start.probe, start.probe.plant.world.n_joints
     assert isinstance(law, Regulation)
     first = probe.at(start.state, 0.0)

@@ -167,6 +167,7 @@ def grasp_stiffness(
         )  # fmt: skip
     torque_left = np.zeros(world.n_joints)
     if springs is None:
+        start.must_be_known("The stiffness of a grasp under its controller")
         name = plugin_name("controllers", type(start.controller))
         control = differentiate(start.controller, start.probe, still, start.period)
         found, words = tangent(plant, still, settled(control, name)), f"joints held by the controller {name}"

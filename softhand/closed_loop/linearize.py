@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from softhand.assembly.unmodelled import must_model
 from softhand.contact.damping import relaxation_rate
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
@@ -56,7 +57,11 @@ def linearize_plant(plant: Plant, state: State, torque: Array) -> LinearModel:
         plant: left at the state.
         state: any; the model is that of small motions beside it, and `acceleration` says whether it is at rest.
         torque: held by the joints [N m], shape (n,).
+
+    Raises:
+        ScenarioError: joints have dry friction.
     """
+    must_model("A linear model", plant.world.mechanics)
     nv, n, remembered = len(state.v), len(torque), is_memory(plant)
     forgetting = np.zeros_like(state.z)
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softhand.assembly.instruments import read_actuation
 from softhand.assembly.parts import read_controller, read_start
 from softhand.assembly.plant import read_grasp, read_supports, read_world
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.unmodelled import must_model
 from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
@@ -22,6 +24,7 @@ from softhand.recording.recording import Recording
 from softhand.references.goal import Desired, Goal
 from softhand.references.reference import Motion, resting
 from softhand.scenario.scenario import Scenario
+from softhand.simulation.actuation import Actuation
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +37,7 @@ class HeldStart:
         controller: of the scenario.
         period: for which a torque is held [s].
         time: in the run [s].
+        actuation: the drives, which are not part of it.
     """
 
     probe: Probe
@@ -41,6 +45,11 @@ class HeldStart:
     controller: Controller
     period: float
     time: float = 0.0
+    actuation: Actuation | None = None
+
+    def must_be_known(self, tool: str) -> None:
+        """Refuse dry friction and servos for a tool that takes controller and plant alone, as `must_model`."""
+        must_model(tool, self.probe.plant.world.mechanics, self.actuation)
 
 
 def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, world: World | None = None) -> HeldStart:
@@ -58,7 +67,8 @@ def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, worl
     fingertips, grasp = read_grasp(scenario, world, laws)
     plant = Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
     probe = Probe(plant, resting(read_start(scenario)))
-    return HeldStart(probe, plant.with_supports(grasp.state), controller, controller.period or scenario.control_period)
+    period, drives = controller.period or scenario.control_period, read_actuation(scenario, world, controller)
+    return HeldStart(probe, plant.with_supports(grasp.state), controller, period, actuation=drives)
 
 
 def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldStart:
@@ -73,7 +83,7 @@ def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldSt
     plant, controller = Plant(setup.world, setup.fingertips, setup.supports), setup.controller.model_copy()
     period = controller.period or setup.scenario.control_period
     still = state if len(state.z) == len(plant.contacts) else plant.with_supports(state)
-    return HeldStart(Probe(plant, resting(goal)), still, controller, period, time)
+    return HeldStart(Probe(plant, resting(goal)), still, controller, period, time, setup.actuation)
 
 
 def held_state(scenario: Scenario, state: State) -> HeldStart:

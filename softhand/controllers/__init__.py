@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # for editors
     from softhand.controllers.pick_and_place import PickAndPlace as PickAndPlace
     from softhand.controllers.point_contact import PointContact as PointContact
     from softhand.controllers.regulation import Regulation as Regulation
+    from softhand.controllers.set_points import SetPoints as SetPoints
     from softhand.controllers.state_feedback import StateFeedback as StateFeedback
     from softhand.controllers.two_phase import TwoPhase as TwoPhase
 else:

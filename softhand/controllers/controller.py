@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Callable
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,11 @@ class Controller(Settings, ABC):
     """formula(observed, settings, memory, torque) sets `torque`, which is zero before, and may change `memory`, one
     array of numbers, in place. `observed` has the fields of an observation by their names, the time as
     `observed.clock[0]`; `settings` is what `constants` returns. `controllers.blocks` has parts to build one from."""
+
+    @property
+    def commands(self) -> Literal["torque", "position", "velocity"]:
+        """What `torque` returns: torques, or set points of the joints, which a servo of that kind takes."""
+        return "torque"
 
     def check_period(self, period: float) -> None:
         """Refuse a period between two samples [s] that the settings are not for; by default any will do.

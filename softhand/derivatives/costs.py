@@ -186,10 +186,10 @@ def _check(name: str) -> None:
             f"cost: {name!r} is no variable of a recording{did_you_mean(name, list(VARIABLES)[1:]) or '.'}",
             key="cost", value=name,
         )  # fmt: skip
-    if name == COMMANDED or name.startswith(MEASURED_PREFIX):
+    if name in COMMANDED.values() or name.startswith(MEASURED_PREFIX):
         raise ScenarioError(
             f"cost: {name} is there in runs with instruments or drives alone, which have no gradient; choose "
-            f"{'joint_torque' if name == COMMANDED else name.removeprefix(MEASURED_PREFIX)}.",
+            f"{_applied(name)}.",
             key="cost", value=name,
         )  # fmt: skip
     if name in _WHOLE:
@@ -208,3 +208,8 @@ def _share(time: Array, terminal: bool, start: float, end: float) -> Array:
     every = time[1] - time[0] if len(time) > 1 else 1.0
     share[(time >= start - 1e-9) & (time <= end + 1e-9)] = every
     return share
+
+
+def _applied(name: str) -> str:
+    """What is there in the place of a variable as it was seen or asked for."""
+    return name.removesuffix("_commanded") if name in COMMANDED.values() else name.removeprefix(MEASURED_PREFIX)

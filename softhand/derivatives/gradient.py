@@ -12,6 +12,7 @@ import numpy as np
 
 from softhand.assembly.parts import read_controller, read_stepper, written
 from softhand.assembly.resolve import Setup
+from softhand.assembly.unmodelled import must_model
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
@@ -137,6 +138,13 @@ class _Work:
         self.own = controller if given is None else None
         self.variations = Variations(base, given or controller, law)
         self.setup = self.variations.setup
+        mechanics, drives = self.setup.world.mechanics, self.setup.actuation
+        must_model("A gradient", mechanics, drives, ("armature", "damping", "friction", "stop_stiffness"))
+        if drives is not None:
+            raise ScenarioError(
+                "hand.joints.velocity_limit: a gradient is that of a run with ideal drives; leave the limit out.",
+                key="hand.joints.velocity_limit", value=mechanics.velocity_limit.tolist(),
+            )  # fmt: skip
         self.commands = None if torque is None else _commands(torque, periods, self.setup.world.n_joints)
         self.scenario = self.setup.scenario.with_values({"controller": written("controllers", self.controller)})
 

@@ -394,7 +394,7 @@ def _told(chosen: list[Parameter | str]) -> tuple[tuple[str, ...], tuple[str, ..
 
 def _kept(outputs: Iterable[str], at: Situation) -> Keep:
     names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    unlike = [name for name in names if name.startswith(MEASURED_PREFIX) or name == COMMANDED]
+    unlike = [name for name in names if name.startswith(MEASURED_PREFIX) or name in COMMANDED.values()]
     if unlike:
         raise ScenarioError(
             f"outputs: {unlike[0]} is of the instruments and drives, which are no part of the model; ask for "

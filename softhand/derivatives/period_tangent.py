@@ -111,7 +111,7 @@ class PeriodTangent:
     """The derivatives of the period of a model.
 
     Args:
-        model: with a tree of joints that are not coupled, midpoint, one step a period.
+        model: with joints that are neither coupled nor resist, midpoint, one step a period.
         steps: of the differences of (q, v, z), by which it is told how near a switch is.
         with_wrench: whether the wrench is among the seeds.
 
@@ -121,7 +121,9 @@ class PeriodTangent:
 
     def __init__(self, model: PeriodModel, steps: Array, with_wrench: bool) -> None:
         m, moves = model.mechanics, model.moves
-        if moves.kind != MIDPOINT or moves.steps != 1 or model.plant.world.coupling is not None:
+        world = model.plant.world
+        own = (getattr(world.mechanics, name) for name in ("armature", "damping", "friction", "stop_stiffness"))
+        if moves.kind != MIDPOINT or moves.steps != 1 or world.coupling is not None or any(map(np.any, own)):
             raise NoTangentError
         self._model, self._layouts = model, model.layouts
         nq, nv, n, nc = len(m.state.q), len(m.state.v), len(m.torque), len(m.touch.contacts)

@@ -14,6 +14,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.unmodelled import must_model
 from softhand.closed_loop.start import relax_memory
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
@@ -100,13 +101,19 @@ def find_situation(
                 value=source,
             )
         setup = resolve(recorded_scenario(source), controller, law)
+        _check(setup)
         found = _of_recording(source, setup, sample)
     else:
         setup = resolve(as_scenario(source, overrides, **values), controller, law)
+        _check(setup)
         found = _of_scenario(setup, sample) if state is None else _at(setup, state)
     if state is not None and isinstance(source, Recording):
         found = _at(setup, state)
     return replace(found, law=law, torque=found.torque if torque is None else checked_torque(torque, len(found.torque)))
+
+
+def _check(setup: Setup) -> None:
+    must_model("A linear model", setup.world.mechanics, setup.actuation)
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:

@@ -33,6 +33,7 @@ def response(start: HeldStart) -> tuple[Array, Array]:
     Raises:
         ControllerError: the torque depends on a sum over time, which has no value at rest.
     """
+    start.must_be_known("The answer of a grasp under its controller")
     probe, plant = start.probe, start.probe.plant
     world, n = plant.world, plant.world.n_joints
     still = State(start.state.q, np.zeros_like(start.state.v), start.state.z)

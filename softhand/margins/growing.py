@@ -14,6 +14,7 @@ import numpy as np
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import recorded_scenario
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.unmodelled import is_modelled
 from softhand.closed_loop.start import goal_of, resting_since
 from softhand.errors import GraspError, SofthandError
 from softhand.margins.loop import NEUTRAL, acceleration_at, close_loop
@@ -80,8 +81,11 @@ def growing(setup: Setup, until: float | None = None) -> Growing | None:
         until: end [s], before the duration of the scenario.
 
     Returns:
-        The stretch of the largest growth, None where small motions grow less than a thousandfold.
+        The stretch of the largest growth, None where small motions grow less than a thousandfold, and where dry
+        friction or servos leave no linear loop.
     """
+    if not is_modelled(setup.world.mechanics, setup.actuation):
+        return None
     end = setup.scenario.duration if until is None else until
     best: Growing | None = None
     grown, begin = 0.0, 0.0  # exponent, and since when

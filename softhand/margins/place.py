@@ -13,6 +13,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.unmodelled import must_model
 from softhand.closed_loop.start import goal_at, goal_of, resting_since
 from softhand.controllers.controller import Controller
 from softhand.derivatives.situation import Situation, relaxed_state
@@ -55,6 +56,9 @@ class Place:
     memory: Any = None
     has_memory: bool = False
     held: float | None = None
+
+    def __post_init__(self) -> None:
+        must_model("A linear loop", self.setup.world.mechanics, self.setup.actuation)
 
     @property
     def period(self) -> float:

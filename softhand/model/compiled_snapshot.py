@@ -42,8 +42,8 @@ class CompiledSnapshot:
         self._q, self._v = np.zeros(world.nq), np.zeros(world.nv)
 
     def become(self, world: World) -> None:
-        """Be that of another world of the same hand and object, with other gravity and another mass."""
-        reread_tree(self.tree, world.model)
+        """Be that of another world of the same hand and object, with other gravity, another mass, other rotors."""
+        reread_tree(self.tree, world.model, world.coupled)
         for array in (self.M, self.J, self.nle, self.poses[1:]):
             array[...] = 0.0
 

@@ -1,6 +1,6 @@
 """Rigid-body terms of coupled joints in the coordinates of their motors, exactly: those of the joints, projected.
 
-    q_F = S m + offset,   M = S^T M_F S,   C v + N = S^T (C_F v_F + N_F),   J = J_F S
+    q_F = S m + offset,   M = S^T M_F S + armature,   C v + N = S^T (C_F v_F + N_F),   J = J_F S
 
 S is constant, so that nothing is left out. A motor gives different twists to different bodies, so that the columns of J
 belong to a body: behind those of all joints there is a view for each body, nv columns wide.
@@ -43,6 +43,8 @@ class Coupled(NamedTuple):
     """Column of a view, and of a joint, shape (entries, 2)."""
     ratios: Array
     """What of the latter is in the former, shape (entries,)."""
+    armature: Array
+    """Inertia of the rotor of each motor, then zeros, shape (nv,)."""
     q: Array
     """Room: configuration of all joints and the object."""
     v: Array
@@ -55,7 +57,10 @@ class Coupled(NamedTuple):
 
 def room(coupled: Coupled) -> Coupled:
     """The same coupling with room of its own, as whoever runs side by side needs it."""
-    return coupled._replace(q=coupled.q.copy(), v=coupled.v.copy(), M=np.zeros_like(coupled.M), nle=coupled.nle.copy())
+    return coupled._replace(
+        armature=coupled.armature.copy(), q=coupled.q.copy(), v=coupled.v.copy(), M=np.zeros_like(coupled.M),
+        nle=coupled.nle.copy(),
+    )  # fmt: skip
 
 
 def uncoupled() -> Coupled:
@@ -63,7 +68,7 @@ def uncoupled() -> Coupled:
     none = np.zeros((0, 2), np.int64)
     return Coupled(
         np.zeros((0, 0)), np.zeros(0), np.zeros((0, 3), np.int64), np.zeros(0, np.int64), none, np.zeros(0),
-        np.zeros(0), np.zeros(0), np.zeros((2, 2), order="F"), np.zeros(0),
+        np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((2, 2), order="F"), np.zeros(0),
     )  # fmt: skip
 
 
@@ -121,7 +126,7 @@ def project_force(coupled, whole, out):
 
 @compiled
 def project_mass(coupled, whole, out):
-    """Upper triangle of out = S^T M S, from the upper triangle of M.
+    """Upper triangle of out = S^T M S + armature, from the upper triangle of M.
 
     Each product is of two columns of S, few of whose numbers are not zero.
     """
@@ -138,6 +143,7 @@ def project_mass(coupled, whole, out):
                             y += (whole[k, i] if k <= i else whole[i, k]) * S[i, b]
                     x += S[k, a] * y
             out[a, b] = x
+        out[a, a] += coupled.armature[a]
 
 
 @compiled

@@ -10,6 +10,7 @@ from pathlib import Path
 import pinocchio as pin
 
 from softhand.model.coupling import CouplingTable
+from softhand.model.joint_mechanics import JointTable
 from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.mounting import ZERO, TipPlace, mounted, with_tips
@@ -25,12 +26,14 @@ class HandModel:
         tips: name of the frame of each fingertip: centre of the hemisphere's flat face, x out of the tip.
         effort_limit: of every joint, in place of those of the URDF [N m or N].
         coupling: of its joints to motors, beside what its URDF says.
+        mechanics: what its joints have of their own.
     """
 
     urdf: Urdf
     tips: tuple[str, ...]
     effort_limit: float | None = None
     coupling: CouplingTable | None = None
+    mechanics: JointTable | None = None
 
     @classmethod
     def read(
@@ -43,6 +46,7 @@ class HandModel:
         repair: str = "",
         density: float | None = None,
         coupling: CouplingTable | None = None,
+        mechanics: JointTable | None = None,
     ) -> HandModel:
         """Read a hand and put it into the world.
 
@@ -55,6 +59,7 @@ class HandModel:
             repair: `balance` to take the nearest possible inertia in the place of one that no body has.
             density: from which links that move without a mass get one by their shapes [kg/m^3].
             coupling: as above.
+            mechanics: as above.
 
         Raises:
             ModelError: the file cannot be used, or a tip has no link to sit on.
@@ -65,7 +70,8 @@ class HandModel:
             replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
         ]
         urdf = _placed(bare, _numbers(position), _numbers(rpy), tuple(places))
-        return cls(urdf, tuple(tip if isinstance(tip, str) else tip.name for tip in tips), effort_limit, coupling)
+        names = tuple(tip if isinstance(tip, str) else tip.name for tip in tips)
+        return cls(urdf, names, effort_limit, coupling, mechanics)
 
     @property
     def has_mimics(self) -> bool:

@@ -89,6 +89,7 @@ def coupled_of(coupling: Coupling, coordinates: pin.Model, model: pin.Model, tip
         np.array(places, dtype=np.int64),
         np.array(entries, dtype=np.int64),
         np.array(ratios),
+        np.zeros(S.shape[1]),
         np.zeros(model.nq),
         np.zeros(model.nv),
         np.zeros((model.nv, model.nv), order="F"),

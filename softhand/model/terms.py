@@ -54,7 +54,7 @@ class RigidTerms:
         """
         if self._is_coupled:
             expand_configuration(self._coupled, np.ascontiguousarray(q))
-            return self._S.T @ self._whole_mass(self._coupled.q) @ self._S
+            return self._S.T @ self._whole_mass(self._coupled.q) @ self._S + np.diag(self._coupled.armature)
         return self._whole_mass(q)
 
     def velocity_terms(self, q: Array, v: Array) -> Array:

@@ -102,12 +102,16 @@ def _weigh(row: np.void, inertia: pin.Inertia) -> None:
     row["inertia"] = about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
 
 
-def reread_tree(tree: Tree, model: pin.Model) -> None:
-    """Bring a tree up to date with a model that differs from its own in gravity and in the last body alone."""
+def reread_tree(tree: Tree, model: pin.Model, coupled: Coupled) -> None:
+    """Bring a tree up to date with a model that differs from its own in gravity, armature and the last body alone."""
     joints = tree.joints.copy()
+    for index in range(1, model.njoints):
+        joint = model.joints[index]
+        joints[index]["armature"][: joint.nv] = model.armature[joint.idx_v : joint.idx_v + joint.nv]
     _weigh(joints[-1], model.inertias[model.njoints - 1])
     overwrite(tree.joints, joints)
     overwrite(tree.gravity, model.gravity.linear)
+    overwrite(tree.coupled.armature, coupled.armature)
 
 
 def branches_of(tree: Tree) -> NDArray[np.int64]:

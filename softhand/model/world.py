@@ -20,6 +20,7 @@ from softhand.model.coupling import Coupling
 from softhand.model.gravity import list_bodies
 from softhand.model.hand import HandModel
 from softhand.model.joined import Tip, columns_of, find_frame, join_models
+from softhand.model.joint_mechanics import JointMechanics, read_joint_mechanics
 from softhand.model.motors import view_of
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import Shape
@@ -61,6 +62,8 @@ class World:
     hand: Urdf
     """With its mount and the tips that were placed."""
     object: Urdf
+    mechanics: JointMechanics
+    """What the joints or motors have of their own."""
 
     @property
     def hand_text(self) -> str:
@@ -241,6 +244,12 @@ def load_world(
     model = pin.Model(joined.model)
     hand.limit_efforts(model)
     body.weigh(model)
+    mechanics = read_joint_mechanics(hand.mechanics, hand.urdf, joined.joint_names, joined.coupling)
+    coupled = joined.coupled
+    if joined.coupling is None:
+        model.armature = np.concatenate([mechanics.armature, np.zeros(FREE_FLYER_SIZE)])
+    else:
+        coupled = coupled._replace(armature=np.concatenate([mechanics.armature, np.zeros(FREE_FLYER_SIZE)]))
     model.gravity.linear = np.asarray(gravity, dtype=float)
     shape = shape or body.shape(joined.flyer)
     return World(
@@ -252,9 +261,10 @@ def load_world(
         joined.joints,
         joined.chains,
         joined.coupling,
-        joined.coupled,
+        coupled,
         hand.urdf,
         body.urdf,
+        mechanics,
     )
 
 

@@ -11,10 +11,10 @@ from softhand.numerics.linear import factor, solve
 
 @compiled
 def generalized_force(touch, nle, torque, external, out):
-    """out = (torque, 0) + external - nle - J^T C_F.
+    """out = (torque + damping and stops, 0) + external - nle - J^T C_F.
 
     Args:
-        touch: arrays of the contacts, `plant.Touch`, evaluated.
+        touch: arrays of the contacts, `plant.Touch`, evaluated, and the torque of damping and stops.
         nle: C v + N, shape (nv,).
         torque: of the joints [N m, N], shape (n,).
         external: generalized force of pushes from outside, shape (nv,).
@@ -24,6 +24,8 @@ def generalized_force(touch, nle, torque, external, out):
         out[k] = external[k] - nle[k]
     for k in range(torque.shape[0]):
         out[k] += torque[k]
+    for k in range(touch.resistance.force.shape[0]):
+        out[k] += touch.resistance.force[k]
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
             add_contact_force(touch.columns[i], touch.jacobian[i], touch.contacts[i].force, out)

@@ -21,19 +21,22 @@ from softhand.model.world import World
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.straight import structure_of
 from softhand.plant.dynamics import accelerate
+from softhand.plant.resistance import Resistance, become, evaluate_resistance, resistance_of
 from softhand.plant.state import State, is_at, set_at
 
 _CARRIED = ("contacts", "contact_columns", "at")
 
 
 class Touch(NamedTuple):
-    """The arrays of all contacts of a `Plant`, for kernels."""
+    """The arrays of all contacts of a `Plant`, and what its joints resist with, for kernels."""
 
     pads: NDArray[np.void]
     columns: NDArray[np.int64]
     contacts: NDArray[np.void]
     jacobian: Array
     depths: Array
+    resistance: Resistance
+    """Of the joints."""
 
 
 class Plant:
@@ -52,7 +55,8 @@ class Plant:
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
         contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids 6, see
             `contact_jacobian`.
-        touching: the four together, and room for the dr of each where a step began, shape (nc,).
+        touching: the four together, room for the dr of each where a step began, shape (nc,), and damping, friction and
+            stops of the joints.
         rigid: mass matrix and velocity terms at any configuration.
         joints: what `configuration.integrate` needs, shape (joints, 3).
         envelope: first column of each row of the mass matrix and of M + J^T K J (lower triangle), shape (nv,).
@@ -60,6 +64,7 @@ class Plant:
             NaN if unknown, shape (nq + nv + nc n_memory,).
         n_memory: numbers of each contact in z of a `State`.
         can_slip: whether friction has a limit at any contact.
+        mass_factor: factor of M after `acceleration`, shape (nv, nv).
         external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
     """
 
@@ -84,10 +89,11 @@ class Plant:
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
         self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
-        self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan))
+        self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan),
+                              resistance_of(world))  # fmt: skip
         self.at = np.full(world.nq + world.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.nv)
-        self._mass = np.zeros((world.nv, world.nv))
+        self.mass_factor = np.zeros((world.nv, world.nv))
         if isinstance(self.snapshot, CompiledSnapshot):  # kernels put the deformation into the arguments of laws
             self._structure = structure_of(self.pads), structure_of(self.snapshot.tree.joints)
 
@@ -107,6 +113,8 @@ class Plant:
         pads = build_pads(world, fingertips, supports, code)
         pads["own"] = self.pads["own"]
         before = self._structure
+        if not become(self.touching.resistance, resistance_of(world)):
+            return False
         snapshot.become(world)
         self._structure = structure_of(pads), structure_of(snapshot.tree.joints)
         if self._structure != before:
@@ -159,6 +167,7 @@ class Plant:
         self.at[0] = np.nan
         self.snapshot.update(q, v)
         self.touch(v, z)
+        evaluate_resistance(self.touching.resistance, q, v)
 
     def note_slip(self, z: Array, step: float = 0.0) -> None:
         """Make the slip of the last evaluation final, in z and in the totals, see `friction.note_slip`."""
@@ -207,9 +216,11 @@ class Plant:
     def acceleration(self, torque: Array, out: Array) -> Array:
         """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).
 
-        M dv/dt = (torque, 0) + external - (C v + N) - J^T C_F                                         (46), (47)
+        M dv/dt = (torque + damping and stops, 0) + external - (C v + N) - J^T C_F                     (46), (47)
+
+        Dry friction is none of it: it is no function of the state, see `resistance.hold`.
         """
-        accelerate(self.touching, self.snapshot.terms, self.envelope, torque, self.external, self._mass, out)
+        accelerate(self.touching, self.snapshot.terms, self.envelope, torque, self.external, self.mass_factor, out)
         return out
 
     def carry(self) -> dict[str, AnyArray]:

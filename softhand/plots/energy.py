@@ -19,6 +19,10 @@ _LOOKS: dict[str, tuple[str, float, Any]] = {
     "elastic": (FINGERS[1], 1.4, "-"),
     "damping": (FINGERS[2], 2.0, (0, (4, 3))),
     "slip": (FINGERS[3], 1.4, (0, (1, 2))),
+    "joint_damping": (FINGERS[2], 1.2, (0, (7, 2, 1, 2))),
+    "joint_friction": (FINGERS[3], 1.2, (0, (7, 2, 1, 2))),
+    "stops": (FINGERS[1], 1.2, (0, (7, 2, 1, 2))),
+    "stop_damping": (FINGERS[0], 1.2, (0, (7, 2, 1, 2))),
 }
 """Colour, width and dashes of each account, in the order in which they are drawn: of equal ones all are seen, as a
 narrower or broken line leaves those below it in sight."""

@@ -40,8 +40,12 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
 MEASURED_PREFIX = "measured_"
 """Before the names of variables that are as a controller saw them; they are there under [sensing] alone."""
 
-COMMANDED = "joint_torque_commanded"
-"""What it asked for; there under [actuation] alone."""
+COMMANDED = {
+    "torque": "joint_torque_commanded",
+    "position": "joint_position_commanded",
+    "velocity": "joint_velocity_commanded",
+}
+"""What it asked for, by what it commands; there under [actuation] alone."""
 
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
@@ -111,9 +115,11 @@ VARIABLES: dict[str, Variable] = {
     "object_position_desired": Variable(_XYZ, "m", "desired origin of the object frame, in the world"),
     "object_rpy_desired": Variable(_RPY, "rad", "desired orientation of the object, R = Rz(yaw) Ry(pitch) Rx(roll)"),
     "internal_force_desired": Variable(_PAIR, "N", "desired internal force between two contacts"),
-    COMMANDED: Variable(
+    COMMANDED["torque"]: Variable(
         _JOINT, "N m or N", "joint torque, or force of a slide, that the controller asked for; under [actuation] alone"
     ),
+    COMMANDED["position"]: Variable(_JOINT, "rad or m", "set point that the controller asked a position servo for"),
+    COMMANDED["velocity"]: Variable(_JOINT, "rad/s or m/s", "set point that the controller asked a velocity servo for"),
     "measured_joint_position": Variable(_JOINT, "rad or m", "joint_position, as the controller saw it"),
     "measured_joint_velocity": Variable(_JOINT, "rad/s or m/s", "joint_velocity, as the controller saw it"),
     "measured_object_position": Variable(_XYZ, "m", "object_position, as the controller saw it"),

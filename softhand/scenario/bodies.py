@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
+from softhand.scenario.joints import JointsSection
 from softhand.settings.settings import NonNegative, Positive, Settings, Vector3
 from softhand.settings.wording import choices, show
 
@@ -82,6 +83,8 @@ class HandSection(Settings):
     """Largest torque of every joint [N m or N]; those of the URDF if not given."""
     coupling: CouplingSection | None = None
     """Motors of joints that move together, beside the `<mimic>` of the URDF."""
+    joints: JointsSection | None = None
+    """What the joints have of their own: rotors, damping, friction, stops; they run free if not given."""
     repair: Literal["balance"] | None = None
     """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
     density: Positive | None = None

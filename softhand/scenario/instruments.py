@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field, field_validator
+import numpy as np
+from pydantic import Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
@@ -77,8 +78,41 @@ class SensingSection(Settings):
         return {name: one for name, one in every if isinstance(one, InstrumentSection)}
 
 
+class ServoSection(Settings):
+    """A low-level servo at each joint, which makes a torque of what the controller commands."""
+
+    kind: Literal["position", "velocity", "impedance"]
+    """`position`: the controller commands positions, and tau = K (q_d - q) - D q'; `velocity`: it commands velocities,
+    and tau = D (v_d - q'); `impedance`: it commands torques u, and tau = u + K (q_d - q) - D q' about where the joint
+    was when the command came."""
+    stiffness: Gain = 0.0
+    """K, one number for all joints or one for each [N m/rad or N/m]."""
+    damping: Gain = 0.0
+    """D, likewise [N m s/rad or N s/m]."""
+    period: Positive | None = None
+    """Time between two samples of the servos, a whole number of control periods [s]; each one if not given."""
+    rate_limit: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
+    """Largest rate of a set point, likewise, of velocities a second more; none if not given [rad/s or m/s]."""
+    torque_limit: Positive | Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
+    """Largest torque of a servo, beside the effort limits, likewise; none if not given [N m or N]."""
+
+    @model_validator(mode="after")
+    def _has_gains_of_its_kind(self) -> ServoSection:
+        if self.kind == "velocity" and np.any(self.stiffness):
+            raise ValueError('a servo of kind "velocity" has no stiffness; remove it, or choose "position".')
+        needed = {"position": "stiffness", "velocity": "damping"}.get(self.kind)
+        if needed and not np.any(getattr(self, needed)):
+            raise ValueError(f'a servo of kind "{self.kind}" does nothing without {needed}; give it, such as 1.0.')
+        if self.kind == "impedance" and self.rate_limit is not None:
+            raise ValueError('a servo of kind "impedance" has no set point whose rate could be cut; remove rate_limit.')
+        return self
+
+
 class ActuationSection(Settings):
-    """What becomes of a commanded torque: delay, effort limit, rate limit, lag, noise, in this order."""
+    """What becomes of a command: delay, servo, effort limit, rate limit of the torque, lag, noise, in this order."""
+
+    servo: ServoSection | None = None
+    """What makes a torque of the command; it is the torque itself if not given."""
 
     delay: NonNegative = 0.0
     """Time until a command arrives, a whole number of control periods [s]."""
@@ -106,6 +140,8 @@ def check_loop(sensing: SensingSection | None, actuation: ActuationSection | Non
     """
     if actuation is not None:
         _check_delay("actuation.delay", actuation.delay, period)
+        if actuation.servo is not None and actuation.servo.period is not None:
+            _check_delay("actuation.servo.period", actuation.servo.period, period, least=1)
     for name, one in (sensing.instruments if sensing is not None else {}).items():
         path = f"sensing.{name}"
         _check_delay(f"{path}.delay", one.delay, period)
@@ -128,11 +164,17 @@ def check_variables(
         ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives.
     """
     is_measured = sensing is not None and bool(sensing.instruments)
+    servo = actuation.servo if actuation is not None else None
+    own = COMMANDED[servo.kind if servo is not None and servo.kind in COMMANDED else "torque"]
     for name in names:
         if name.startswith(MEASURED_PREFIX) and not is_measured:
             needed, example = "[sensing]", "sensing.joint_position.noise"
-        elif name == COMMANDED and actuation is None:
-            needed, example = "[actuation]", "actuation.delay"
+        elif name in COMMANDED.values() and name != COMMANDED["torque"] and name != own:
+            kind = name.split("_")[1]
+            needed, example = f"a {kind} servo", f'actuation.servo = {{kind = "{kind}", ...}}'
+        elif name == COMMANDED["torque"] and (actuation is None or name != own):
+            needed = "[actuation]" if actuation is None else "[actuation] without a servo that takes set points"
+            example = "actuation.delay"
         else:
             continue
         message = f"{key}: {name!r} is there under {needed} alone; give that, such as {example}, or leave the name out."
@@ -149,13 +191,13 @@ def stride_of(rate: float | None, period: float) -> int:
     return 1 if rate is None else round(1.0 / (rate * period))
 
 
-def _check_delay(key: str, delay: float, period: float) -> None:
+def _check_delay(key: str, delay: float, period: float, least: int = 0) -> None:
     periods = delay / period
     if periods > _MOST_PERIODS:
         raise _wrong(key, delay, f"got {delay:.12g} s, but it may be at most {_MOST_PERIODS * period:.12g} s, "
                                  f"{_MOST_PERIODS} control periods; give less.")  # fmt: skip
-    if abs(periods - round(periods)) > 1e-9 * max(1.0, periods):
-        near = round(periods) * period
+    if abs(periods - round(periods)) > 1e-9 * max(1.0, periods) or round(periods) < least:
+        near = max(round(periods), least) * period
         raise _wrong(
             key, delay, f"got {delay:.12g} s, but it must be a whole number of control periods of {period:.12g} s; the "
             f"nearest good value is {near:.12g}.", near,

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from softhand.plugins import find_plugin
 from softhand.scenario.fingertip import DampingSection, FingertipSection
-from softhand.scenario.instruments import InstrumentSection
+from softhand.scenario.instruments import InstrumentSection, ServoSection
+from softhand.scenario.joints import JointsSection
 from softhand.scenario.scenario import Scenario
 from softhand.settings.settings import Settings
 from softhand.settings.wording import show, unit_of
@@ -53,6 +54,10 @@ def _section_units(table: Mapping[str, Any]) -> dict[str, dict[str, str]]:
             **_units(InstrumentSection),
             **dict.fromkeys(("noise", "bias", "quantisation"), unit),
         }
+    units["hand.joints"], units["actuation.servo"] = _units(JointsSection), _units(ServoSection)
+    for name, value in table["hand"].get("joints", {}).items():
+        if isinstance(value, Mapping):
+            units[f"hand.joints.{name}"] = dict.fromkeys(value, units["hand.joints"][name])
     fingertip = table["fingertip"]
     chosen = [
         ("fingertip", "laws", fingertip["law"]),

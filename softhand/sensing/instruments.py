@@ -67,7 +67,7 @@ class Instruments:
         self.observation, self.block, self.groups = sensor.observation, sensor.block, sensor.groups
         world, contacts = plant.world, plant.contacts
         touch = Touch(plant.pads, plant.columns, np.zeros_like(contacts), np.zeros_like(plant.contact_columns),
-                      np.zeros(len(contacts)))  # fmt: skip
+                      np.zeros(len(contacts)), plant.touching.resistance)  # fmt: skip
         tree, terms = read_tree(world.model, world.coupled), room_for_terms(world.model, world.coupled)
         self._seen = Seen(tree, np.zeros(world.nq), np.zeros(world.nv), terms, touch)
         items, memory = self._items(sensing)
@@ -127,7 +127,7 @@ class Instruments:
         items, memory = self._items(sensing)
         if memory != len(self.chain.memory) or len(items) != len(self.chain.items) or not self._sensor.become():
             return False
-        reread_tree(self._seen.tree, self._plant.world.model)
+        reread_tree(self._seen.tree, self._plant.world.model, self._plant.world.coupled)
         self.chain.items[...], self.chain.seed[:] = items, sensing.seed
         self.forget()
         return True

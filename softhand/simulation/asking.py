@@ -8,15 +8,19 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.controllers.controller import Controller
 from softhand.errors import ControllerError, ScenarioError, SofthandError
 from softhand.numerics.arrays import AnyArray, Array, as_numbers
 from softhand.numerics.compiled import compiled
 from softhand.numerics.prepared import prepared
+from softhand.plant.state import StateArrays
+from softhand.recording.variables import COMMANDED
 from softhand.sensing.observation import Observation
 from softhand.settings.failures import failure
 from softhand.simulation.actuation import Actuation, Drive, act, drive_of, forget
+from softhand.simulation.servo import COMMANDS
 
 
 class Actuators:
@@ -25,6 +29,8 @@ class Actuators:
     Args:
         torque: room for them [N m, N], shape (n,).
         effort_limit: largest of each [N m, N], shape (n,).
+        joints: `World.joints`.
+        moving: of the joints, live.
         actuation: what the drives make of a command; it is cut to the limits alone if not given.
 
     Attributes:
@@ -32,15 +38,25 @@ class Actuators:
         torque: as applied.
         limited: 1 where an effort limit cut what was asked for, shape (n,).
         drive: the drives, if there are any.
+        commands: name of the variable that holds what was asked for, where there are drives.
     """
 
-    def __init__(self, torque: Array, effort_limit: Array, actuation: Actuation | None = None) -> None:
+    def __init__(
+        self,
+        torque: Array,
+        effort_limit: Array,
+        joints: NDArray[np.int64],
+        moving: StateArrays,
+        actuation: Actuation | None = None,
+    ) -> None:
         self.torque, self.limited = torque, np.zeros(torque.shape, np.int8)
         self.command = np.zeros_like(torque)
         self.apply = prepared(limit, self.command, effort_limit.copy(), torque, self.limited)
         self.drive: Drive | None = None
         if actuation is not None:
-            self.drive = drive_of(actuation, self.command, effort_limit.copy(), torque, self.limited)
+            self.drive = drive_of(actuation, self.command, effort_limit.copy(), torque, self.limited, joints, moving)
+            kind = "torque" if actuation.servos is None else COMMANDS[actuation.servos.kind]
+            self.commands = COMMANDED[kind]
             self._period = np.zeros(1, np.int64)
             self._act = prepared(act, self.drive, self._period)
 

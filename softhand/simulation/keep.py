@@ -80,19 +80,19 @@ class Keep:
         return [name for name in MEASURED if MEASURED_PREFIX + name in self.variables]
 
     @property
-    def is_commanded(self) -> bool:
-        """Whether commanded torques are kept."""
-        return COMMANDED in self.variables
+    def commanded(self) -> list[str]:
+        """Of the commands, what is kept."""
+        return [name for name in COMMANDED.values() if name in self.variables]
 
     def segments(self, sizes: Sizes) -> NDArray[np.int64]:
         """Begin and size of each field in the block of an observation, shape (fields, 2).
 
-        Behind it stand those that are measured, in the block of what the controller sees, and the commanded torques.
+        Behind it stand those that are measured, in the block of what the controller sees, and the commands.
         """
         begins, every, size = beginnings(sizes), shapes(sizes), room(sizes)
         rows = [(begins[name], prod(every[name])) for name in self.fields]
         rows += [(size + begins[name], prod(every[name])) for name in self.measured]
-        rows += [(2 * size, sizes.n)] * self.is_commanded
+        rows += [(2 * size, sizes.n)] * len(self.commanded)
         return np.array(rows, dtype=np.int64).reshape(-1, 2)
 
     def width(self, sizes: Sizes, nv: int) -> int:
@@ -104,9 +104,9 @@ class Keep:
         found: dict[str, AnyArray] = {"time": rows[:, 0]}
         measured: dict[str, AnyArray] = {}
         end = 1
-        for into, names in ((found, self.fields), (measured, self.measured), (found, [COMMANDED] * self.is_commanded)):
+        for into, names in ((found, self.fields), (measured, self.measured), (found, self.commanded)):
             for name in names:
-                shape = (sizes.n,) if name == COMMANDED else shapes(sizes)[name]
+                shape = (sizes.n,) if name in self.commanded else shapes(sizes)[name]
                 into[name] = rows[:, end : end + prod(shape)].reshape(len(rows), *shape)
                 end += prod(shape)
         for name, size in zip(_DRIVE, (sizes.n, sizes.n, rows.shape[1] - end - 2 * sizes.n), strict=True):

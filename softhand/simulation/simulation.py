@@ -15,7 +15,6 @@ from softhand.numerics.prepared import prepared
 from softhand.plant.plant import Plant
 from softhand.plant.state import Carried, State
 from softhand.recording.recording import Recording
-from softhand.recording.variables import COMMANDED
 from softhand.references.reference import Motion
 from softhand.sensing.fields import RECORDED, room
 from softhand.sensing.instruments import Instruments
@@ -113,7 +112,9 @@ class Simulation:
             self.observation = self._instruments.observation
         with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
             self.integration = stepper.start(plant)
-        self._actuators = Actuators(self.integration.torque, self.truth.effort_limit, actuation)
+        self._actuators = Actuators(
+            self.integration.torque, self.truth.effort_limit, plant.world.joints, self.state.arrays, actuation
+        )
         self.torque, self.torque_limited = self._actuators.torque, self._actuators.limited
         self._asking = Asking(controller, self._actuators.command) if controller else None
         self._stride = whole_periods(controller, control_period) if controller else 1
@@ -227,7 +228,7 @@ class Simulation:
 
         Args:
             torque: in place of those of the controller [N m, N], shape (n,); cut to the effort limits, and handed to
-                the drives if there are any.
+                the drives if there are any. Set points where servos take these.
 
         Raises:
             SimulationStopped: the integration broke down.
@@ -361,7 +362,7 @@ class Simulation:
         if self._instruments:
             live["measured"] = self._instruments.block[recorded]
         if self._actuators.drive:
-            live[COMMANDED] = self._actuators.drive.commanded
+            live[self._actuators.commands] = self._actuators.drive.commanded
         return live
 
     def _finish(self, samples: Samples, reason: str) -> Recording:

@@ -12,7 +12,7 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.settings.settings import Positive
 from softhand.steppers.flow import Flow
-from softhand.steppers.stepper import Integration, Stepper
+from softhand.steppers.stepper import Integration, Stepper, check_friction
 
 _MOST_SUBSTEPS = 1000  # a run that asks for more is lost: it would crawl for ever
 
@@ -30,6 +30,7 @@ class Adaptive(Stepper):
 
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
+        check_friction(self, plant.world.mechanics.friction)
         return _AdaptiveIntegration(plant, self)
 
 

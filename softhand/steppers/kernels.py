@@ -22,14 +22,21 @@ from softhand.numerics.compiled import compiled
 from softhand.numerics.inlined import inlined
 from softhand.plant.dynamics import accelerate
 from softhand.plant.plant import Plant, Touch
+from softhand.plant.resistance import evaluate_resistance, hold
 from softhand.plant.state import State, StateArrays, is_at, set_at
 from softhand.steppers.midpoint import (
+    FIRST,
     STARTED,
     Kicks,
     begin_kick,
+    drift,
+    first_kick,
+    hold_first,
+    hold_second,
     kick,
     kick_drift,
     meet_contact,
+    resist,
     room_for_kicks,
     start_step,
 )
@@ -110,20 +117,30 @@ def _midpoint(m, step):
     if not (m.kicks.flags[STARTED] and m.at[0] == m.at[0]):  # NaN if the contacts are not those of the state
         rigid_terms(m.tree, state.q, state.v, m.terms)
         start_step(m.touch, m.terms, m.envelope, m.kicks, m.at, step, state)
-    if not done(codes, KICK_DRIFT):  # type: ignore[call-arg]
+    own = m.touch.resistance
+    if own.friction.shape[0]:
+        first_kick(m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step)
+        hold_first(m.touch, m.envelope, m.kicks, step)
+        drift(m.joints, m.touch, m.kicks, step, state)
+    elif not done(codes, KICK_DRIFT):  # type: ignore[call-arg]
         kick_drift(m.joints, m.torque, m.external, m.touch, m.terms, m.envelope, m.kicks, step, state)
     if m.branches.shape[0] == 0:
         rigid_terms(m.tree, state.q, m.kicks.ahead, m.terms)
     for k in range(m.branches.shape[0]):
-        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):
+        if not done(codes, CONTACTS + m.touch.contacts.shape[0] + k):  # type: ignore[call-arg]
             branch_terms(m.tree, m.branches[k, 0], m.branches[k, 1], state.q, m.kicks.ahead, m.terms)
-    if not done(codes, BEGIN):
+    if not done(codes, BEGIN):  # type: ignore[call-arg]
         begin_kick(m.torque, m.external, m.terms, m.envelope, m.kicks, step, state.v)
+    if own.force.shape[0]:
+        resist(m.touch, m.kicks, step, state.q)
     for i in range(m.touch.contacts.shape[0]):
         if not done(codes, CONTACTS + i):
             meet_contact(i, m.touch, m.terms, m.kicks, step, state.z)
+    is_first = m.kicks.flags[FIRST]
     if not done(codes, KICK):
         kick(m.envelope, m.kicks, step, state.v)
+    if own.friction.shape[0]:
+        hold_second(m.touch, m.envelope, m.kicks, is_first, step, state.v)
     m.at[0] = state.q[0]
 
 
@@ -135,6 +152,7 @@ def _update(m, q, v, z):
     rigid_terms(m.tree, q, v, m.terms)
     evaluate_contacts(touch.pads, touch.columns, m.terms.poses, m.terms.J, v, z, 0.0, touch.depths, False,
                       touch.contacts, touch.jacobian)  # fmt: skip
+    evaluate_resistance(touch.resistance, q, v)
 
 
 @compiled
@@ -158,6 +176,8 @@ def _semi_implicit_euler(m, step):
     accelerate(touch, m.terms, m.envelope, m.torque, m.external, m.mass, acceleration)
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
+    if touch.resistance.friction.shape[0]:
+        hold(touch.resistance, m.mass, m.envelope, step, v, touch.resistance.change)
     integrate(m.joints, q, v, step, q)
     integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, v, step, z)
     relax(touch.pads, touch.contacts, step, z)

@@ -19,6 +19,7 @@ from softhand.numerics.linear import factor, solve
 from softhand.numerics.prepared import prepared
 from softhand.plant.dynamics import add_contact_force, copy_mass
 from softhand.plant.plant import Plant
+from softhand.plant.resistance import add_slopes, evaluate_resistance, hold
 from softhand.plant.state import State, is_at, set_at
 from softhand.steppers.midpoint_terms import (
     acceleration_of,
@@ -42,6 +43,8 @@ class Midpoint(Stepper):
 
     with K = J_delta^-T (d dF / d delta) J_delta^-1, its symmetric part, and D = d C_F / d velocity of the damping;
     J a + J' w is the acceleration of the contact.
+    Damping d and stops k of joints are in D and K as well. Dry friction is the r in each kick with which every joint is
+    at rest after it or braked by its largest torque: what it holds has no velocity at all, and does not creep.
     The two kicks at one instant share one evaluation, which the controller sees as well. For a linear system q is that
     of the implicit midpoint rule (Newmark's method with beta = 1/4): no numerical damping, and no step is too long. v
     is that of an acceleration which grows evenly within the step. Use `adaptive` where the error must be known, and
@@ -50,6 +53,8 @@ class Midpoint(Stepper):
     From one step into the next it takes w, the second kick with the torque that was held in it, and the evaluation;
     a `State` that a simulation saves has them with it.
     """
+
+    holds_friction = True
 
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
@@ -151,8 +156,9 @@ def start_step(touch, terms, envelope, kicks, at, step, state):
     evaluate_contacts(touch.pads, touch.columns, terms.poses, terms.J, state.v, state.z, 0.0, touch.depths, True,
                       touch.contacts, touch.jacobian)  # fmt: skip
     note_slip(touch.pads, touch.contacts, state.z, 0.0)
+    evaluate_resistance(touch.resistance, state.q, state.v)
     factor_matrix(touch, terms.M, envelope, step, kicks.matrix)
-    lag_of(touch, envelope, kicks.matrix, step, kicks.w)
+    lag_of(touch, envelope, kicks.matrix, step, state.v, kicks.w)
     for k in range(state.v.shape[0]):
         kicks.above[k] = -kicks.w[k]
         kicks.w[k] += state.v[k]
@@ -164,6 +170,13 @@ def start_step(touch, terms, envelope, kicks, at, step, state):
 @compiled
 def kick_drift(joints, torque, external, touch, terms, envelope, kicks, step, state):
     """First kick and drift, from a state at which the contacts are evaluated."""
+    first_kick(torque, external, touch, terms, envelope, kicks, step)
+    drift(joints, touch, kicks, step, state)
+
+
+@compiled
+def first_kick(torque, external, touch, terms, envelope, kicks, step):
+    """First kick, without dry friction."""
     w, middle, ahead, a, h = kicks.w, kicks.middle, kicks.ahead, kicks.acceleration, step
     # kick: a at the evaluation that the last step ended with, under the torques and pushes of now
     if usually(kicks.flags[HELD] > 0):
@@ -175,7 +188,13 @@ def kick_drift(joints, torque, external, touch, terms, envelope, kicks, step, st
         middle[k] = w[k] + 0.5 * h * a[k]
         ahead[k] = middle[k] + 0.5 * h * a[k]
         kicks.held[k] = _drive(torque, external, k)
-    # drift: q for h, z for h/2 with the frames of the begin
+
+
+@compiled
+def drift(joints, touch, kicks, step, state):
+    """The drift, by the velocity between the kicks."""
+    middle, h = kicks.middle, step
+    # q for h, z for h/2 with the frames of the begin
     relax(touch.pads, touch.contacts, 0.5 * h, state.z)
     integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, middle, 0.5 * h, state.z)
     integrate(joints, state.q, middle, h, state.q)
@@ -192,6 +211,48 @@ def begin_kick(torque, external, terms, envelope, kicks, step, v):
         v[k] = kicks.middle[k] + step / 6.0 * kicks.acceleration[k]
         kicks.above[k] -= step / 6.0 * kicks.acceleration[k]
         kicks.acceleration[k] = _drive(torque, external, k) - terms.nle[k]
+
+
+@compiled
+def resist(touch, kicks, step, q):
+    """Damping and stops of the joints at the new configuration; their part of the second kick."""
+    own = touch.resistance
+    evaluate_resistance(own, q, kicks.middle)
+    add_slopes(own, step, kicks.matrix)
+    for k in range(own.force.shape[0]):
+        kicks.acceleration[k] += own.force[k]
+
+
+@compiled
+def hold_first(touch, envelope, kicks, step):
+    """Dry friction of the joints in the first kick; `acceleration` then has what it does."""
+    own, middle, a, h = touch.resistance, kicks.middle, kicks.acceleration, step
+    hold(own, kicks.matrix, envelope, 0.5 * h, middle, own.change)
+    for k in range(middle.shape[0]):
+        a[k] += own.change[k]
+        kicks.ahead[k] = middle[k] + 0.5 * h * a[k]
+
+
+@compiled
+def hold_second(touch, envelope, kicks, is_first, step, v):
+    """In the second: of v and w. `acceleration` stays without it, as the next kick has a friction of its own.
+
+    Args:
+        touch: `Touch`.
+        envelope: of the matrix.
+        kicks: `Kicks`, after `kick`.
+        is_first: whether the step is the first from its state, in which h/6 of the acceleration is added.
+        step: h [s].
+        v: shape (nv,).
+    """
+    own, w, h = touch.resistance, kicks.w, step
+    missing = h / 6.0 if is_first > 0 else 0.0
+    hold(own, kicks.matrix, envelope, 0.5 * h + missing, w, own.change)
+    for k in range(w.shape[0]):
+        v[k] += (h / 3.0 + missing) * own.change[k]
+    for k in range(own.friction.shape[0]):
+        if own.holds[0, k] and kicks.middle[k] == 0.0:
+            v[k] = 0.0
 
 
 @compiled
@@ -239,9 +300,14 @@ def kick(envelope, kicks, step, v):
 def _kick_again(torque, external, touch, terms, envelope, kicks, at, step, state):
     """The second kick with all that belongs to it."""
     begin_kick(torque, external, terms, envelope, kicks, step, state.v)
+    if touch.resistance.force.shape[0]:
+        resist(touch, kicks, step, state.q)
     for i in range(touch.contacts.shape[0]):
         meet_contact(i, touch, terms, kicks, step, state.z)
+    is_first = kicks.flags[FIRST]
     kick(envelope, kicks, step, state.v)
+    if touch.resistance.friction.shape[0]:
+        hold_second(touch, envelope, kicks, is_first, step, state.v)
     set_at(state.q, state.v, state.z, at)
 
 
@@ -250,7 +316,10 @@ def _kick_drift_from_there(joints, torque, external, touch, terms, envelope, kic
     """`kick_drift`; False if the plant was not evaluated at this state by the step before."""
     if not (kicks.flags[STARTED] and is_at(state.q, state.v, state.z, at)):
         return False
-    kick_drift(joints, torque, external, touch, terms, envelope, kicks, step, state)
+    first_kick(torque, external, touch, terms, envelope, kicks, step)
+    if touch.resistance.friction.shape[0]:
+        hold_first(touch, envelope, kicks, step)
+    drift(joints, touch, kicks, step, state)
     return True
 
 

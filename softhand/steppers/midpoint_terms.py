@@ -9,12 +9,14 @@ from softhand.numerics.branches import spared, usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import factor, solve
 from softhand.plant.dynamics import add_contact_force, copy_mass, generalized_force
+from softhand.plant.resistance import add_slopes
 
 
 @compiled
 def factor_matrix(touch, M, envelope, step, matrix):
-    """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J; NaN if it is not positive definite."""
+    """Factor of M + (h/2) J^T D J + (h^2/4) J^T K J, joints included; NaN if it is not positive definite."""
     copy_mass(M, envelope, matrix)
+    add_slopes(touch.resistance, step, matrix)
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
             add_stiffness(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, matrix)
@@ -33,13 +35,15 @@ def acceleration_of(touch, nle, envelope, torque, external, pull, matrix, accele
 
 
 @compiled
-def lag_of(touch, envelope, matrix, step, lag):
+def lag_of(touch, envelope, matrix, step, v, lag):
     """-(h^2/6) matrix^-1 J^T K J v: what w lies above v at the begin, with the velocities of the contacts at v."""
     lag[:] = 0.0
     force = np.empty(4)
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
             add_lag(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, force, lag)
+    for k in range(touch.resistance.force.shape[0]):
+        lag[k] -= step * step / 6.0 * touch.resistance.spring[k] * v[k]
     solve(matrix, envelope, lag)
 
 
@@ -63,6 +67,8 @@ def undamped_ahead(touch, envelope, step, matrix, change, acceleration):
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
             add_undamped(touch.columns[i], touch.contacts[i], touch.jacobian[i], step, acceleration, force, change)
+    for k in range(touch.resistance.force.shape[0]):
+        change[k] += 0.5 * step * touch.resistance.rate[k] * acceleration[k]
     solve(matrix, envelope, change)
     for k in range(change.shape[0]):
         acceleration[k] += change[k]

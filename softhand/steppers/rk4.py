@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.steppers.flow import Flow
-from softhand.steppers.stepper import Integration, Stepper
+from softhand.steppers.stepper import Integration, Stepper, check_friction
 
 
 class RungeKutta4(Stepper):
@@ -21,6 +21,7 @@ class RungeKutta4(Stepper):
 
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
+        check_friction(self, plant.world.mechanics.friction)
         return _RungeKuttaIntegration(plant, self.step)
 
 

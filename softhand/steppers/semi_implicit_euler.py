@@ -10,6 +10,7 @@ from softhand.contact.kinematics import integrate_memory
 from softhand.model.configuration import integrate
 from softhand.numerics.compiled import compiled
 from softhand.plant.plant import Plant
+from softhand.plant.resistance import hold
 from softhand.plant.state import State
 from softhand.steppers.stepper import Integration, Stepper
 
@@ -24,6 +25,7 @@ class SemiImplicitEuler(Stepper):
     """
 
     stable_up_to = 2.0
+    holds_friction = True
 
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant."""
@@ -42,11 +44,10 @@ class _EulerIntegration(Integration):
         plant.update(state.q, state.v, state.z)
         plant.acceleration(torque, self._dv)
         _move(
-            plant.pads,
+            plant.touching,
             plant.joints,
-            plant.columns,
-            plant.contacts,
-            plant.contact_columns,
+            plant.mass_factor,
+            plant.envelope,
             self._dv,
             self._step,
             state.q,
@@ -57,9 +58,11 @@ class _EulerIntegration(Integration):
 
 
 @compiled
-def _move(pads, joints, columns, contacts, jacobian, acceleration, step, q, v, z):
+def _move(touch, joints, mass, envelope, acceleration, step, q, v, z):
     for k in range(v.shape[0]):
         v[k] += step * acceleration[k]
+    if touch.resistance.friction.shape[0]:
+        hold(touch.resistance, mass, envelope, step, v, touch.resistance.change)
     integrate(joints, q, v, step, q)
-    integrate_memory(pads, columns, contacts, jacobian, v, step, z)
-    relax(pads, contacts, step, z)
+    integrate_memory(touch.pads, touch.columns, touch.contacts, touch.jacobian, v, step, z)
+    relax(touch.pads, touch.contacts, step, z)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
@@ -23,9 +24,28 @@ class Stepper(Settings, ABC):
     stable_up_to: ClassVar[float] = inf
     """Largest product of the step and the fastest angular frequency of the contacts at which a motion does not grow."""
 
+    holds_friction: ClassVar[bool] = False
+    """Whether it knows dry friction of joints, which is no part of `Plant.acceleration`: see `resistance.hold`."""
+
     @abstractmethod
     def start(self, plant: Plant) -> Integration:
         """Ready to integrate this plant, with its own scratch memory."""
+
+
+def check_friction(stepper: Stepper, friction: Array) -> None:
+    """Dry friction of joints needs a stepper that knows it.
+
+    Raises:
+        ScenarioError: there is some, and this one does not.
+    """
+    if np.any(friction) and not stepper.holds_friction:
+        name = type(stepper).__name__
+        raise ScenarioError(
+            f"hand.joints.friction: the stepper {name} does not know dry friction of joints, as it integrates an "
+            'acceleration that is a function of the state; take stepper.name = "midpoint" or "semi-implicit-euler", or '
+            "hand.joints.damping in its place.",
+            key="hand.joints.friction", value=friction.tolist(),
+        )  # fmt: skip
 
 
 class Integration(ABC):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from softhand.model.rigid import branch_terms
 from softhand.numerics.addressed import Addressed
+from softhand.numerics.arrays import AnyArray
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, pattern_of, put, straight
 from softhand.steppers.kernels import BEGIN, CONTACTS, KICK, KICK_DRIFT, Mechanics
@@ -19,7 +20,7 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
         layouts: of all arrays of the run.
     """
     touch, terms, kicks, state = m.touch, m.terms, m.kicks, m.state
-    tables = m.joints, touch.pads, touch.columns, m.envelope
+    tables = _tables(m)
     fixed = Fixed(tables, tables)
     drive = m.torque, m.external
     whole = {
@@ -42,9 +43,16 @@ def straight_steps(m: Mechanics, step: float, layouts: Layouts) -> list[Addresse
 
 def straight_start(m: Mechanics, step: float, layouts: Layouts) -> Addressed | None:
     """Straight code for what the first step from a state does before; args as those of `straight_steps`."""
-    tables = m.joints, m.touch.pads, m.touch.columns, m.envelope
+    tables = _tables(m)
     arguments = m.touch, m.terms, m.envelope, m.kicks, m.at, step, m.state
     return straight(start_step, [arguments], Fixed(tables, tables), layouts)[0]
+
+
+def _tables(m: Mechanics) -> tuple[AnyArray, ...]:
+    """What is fixed of a hand and its contacts."""
+    tables = m.joints, m.touch.pads, m.touch.columns, m.envelope
+    stops = m.touch.resistance.places
+    return (*tables, stops) if len(stops) else tables
 
 
 def rows_alike(m: Mechanics) -> list[list[int]]:

@@ -152,5 +152,8 @@ def _check_dynamics(elements: list[ElementTree.Element | None], findings: Findin
         element, name = found[0]
         more = f", nor that of {len(found) - 1} more in this file" if len(found) > 1 else ""
         findings.warn(
-            element, f'{name}="{element.get(name)}" is not used{more}: the joints of softhand run free.', name
+            element,
+            f'{name}="{element.get(name)}" is not used{more}: the joints run free unless the scenario has '
+            f'hand.joints.{name} = "urdf".',
+            name,
         )
