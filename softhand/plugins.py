@@ -57,6 +57,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "angle-feedback": "softhand.controllers.angle_feedback:AngleFeedback",
         "two-phase": "softhand.controllers.two_phase:TwoPhase",
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
+        "arm-pick-and-place": "softhand.controllers.arm_pick_and_place:ArmPickAndPlace",
     },
     "references": {
         "hold": "softhand.references.hold:Hold",

@@ -166,10 +166,11 @@ def read_reference(scenario: Scenario) -> Reference:
 
 
 def read_start(scenario: Scenario) -> Goal:
-    """Where the reference begins: as the object and the fingers start."""
+    """Where the reference begins: as the object and the fingers start; with a standoff where the hand could hold it."""
     placed, grasp = scenario.object, scenario.grasp
     carried = 0.0 if grasp.opening else 1.0
-    return Goal((*placed.position, *placed.rpy), grasp.internal_force, grasp.opening, carried)
+    position = (x + away for x, away in zip(placed.position, grasp.standoff, strict=True))
+    return Goal((*position, *placed.rpy), grasp.internal_force, grasp.opening, carried)
 
 
 def read_motion(scenario: Scenario) -> Motion:

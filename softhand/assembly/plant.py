@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from softhand.assembly.parts import read_fingertips
 from softhand.contact.pads import Fingertip, Support
@@ -11,11 +12,14 @@ from softhand.laws.law import CompiledLaw, Law
 from softhand.model.body import ObjectModel
 from softhand.model.coupling import CouplingTable, MotorLimits
 from softhand.model.hand import HandModel
+from softhand.model.urdf.carrying import ArmPlace
+from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.mounting import TipPlace
+from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, load_world
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
-from softhand.scenario.bodies import CouplingSection
+from softhand.scenario.bodies import ArmSection, CouplingSection
 from softhand.scenario.file import resolve_path
 from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp, solve_grasp
@@ -33,7 +37,16 @@ def read_hand(scenario: Scenario) -> HandModel:
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
     coupling = read_coupling(hand.coupling)
-    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling)
+    arm = read_arm(hand.arm)
+    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling, arm)
+
+
+def read_arm(section: ArmSection | None) -> ArmPlace | None:
+    """The arm of a scenario as the model takes it."""
+    if section is None:
+        return None
+    role = replace(HAND, repair=section.repair or "", density=section.density)
+    return ArmPlace(Urdf.read(resolve_path(section.urdf), role), section.link, section.position, section.rpy)
 
 
 def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
@@ -102,7 +115,9 @@ def solve_start(
         GraspError: there is none.
     """
     section, position, rotation = scenario.grasp, scenario.object.position, rotation_of(scenario.object.rpy)
-    points, guess = section.contact_points, section.joint_guess
+    points, guess, reach = section.contact_points, section.joint_guess, section.reach
     if section.opening:
-        return solve_open_start(world, fingertips, points, section.opening, position, rotation, supports, guess)
-    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known)
+        return solve_open_start(
+            world, fingertips, points, section.opening, position, rotation, supports, guess, reach, section.standoff
+        )
+    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known, reach)

@@ -183,7 +183,8 @@ def _pose(setup: Setup, goal: Goal, start: Goal, time: float) -> Place | None:
     position, rpy = np.split(np.asarray(goal.coordinates), 2)
     where: tuple[Any, ...] = (grasp.contact_points, goal.internal_force, position, rotation_of(rpy), grasp.joint_guess)
     try:
-        return held_pose(setup, goal, solve_grasp(setup.world, setup.fingertips, *where).state, time, _AT)
+        held = solve_grasp(setup.world, setup.fingertips, *where, reach=grasp.reach)
+        return held_pose(setup, goal, held.state, time, _AT)
     except GraspError:
         return None
 

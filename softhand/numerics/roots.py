@@ -69,10 +69,11 @@ def nearest_root(
     lower: Array,
     upper: Array,
     tolerance: float,
+    size: Array | None = None,
 ) -> Array:
     """From one root within bounds to the one near it that is nearest to a wish, where there are many.
 
-    The least of the sum of ((x - wish) / range)^2 along the roots: steps towards the wish that keep the linearised
+    The least of the sum of ((x - wish) / size)^2 along the roots: steps towards the wish that keep the linearised
     equations, each followed by the shortest way back to a root, and halved where they bring nothing.
 
     Args:
@@ -83,12 +84,14 @@ def nearest_root(
         lower: shape (n,), may be infinite.
         upper: shape (n,), may be infinite.
         tolerance: length of the excess that counts as zero.
+        size: by which each way is measured, the range if None, shape (n,).
 
     Returns:
         The nearest root found, a thousandth of the range inside the bounds; `root` if there is none nearer.
     """
-    size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
-    lower, upper = lower + _MARGIN * size, upper - _MARGIN * size
+    span = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
+    size = span if size is None else size
+    lower, upper = lower + _MARGIN * span, upper - _MARGIN * span
 
     def distance(values: Array) -> float:
         return float(np.linalg.norm((values - wish) / size))
