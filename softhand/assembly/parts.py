@@ -166,11 +166,11 @@ def read_reference(scenario: Scenario) -> Reference:
 
 
 def read_start(scenario: Scenario) -> Goal:
-    """Where the reference begins: as the object and the fingers start; with a standoff where the hand could hold it."""
+    """Where the reference begins: as the object and the fingers start."""
     placed, grasp = scenario.object, scenario.grasp
     carried = 0.0 if grasp.opening else 1.0
-    position = (x + away for x, away in zip(placed.position, grasp.standoff, strict=True))
-    return Goal((*position, *placed.rpy), grasp.internal_force, grasp.opening, carried)
+    pose = (*placed.position, *placed.rpy)
+    return Goal(pose, grasp.internal_force, grasp.opening, carried, standoff=grasp.standoff)
 
 
 def read_motion(scenario: Scenario) -> Motion:

@@ -19,8 +19,8 @@ from softhand.settings.settings import NonNegative, Positive
 class ArmPickAndPlace(PickAndPlace):
     """The fingers as in `pick-and-place`, and an arm or a wrist that carries the palm along by computed torque.
 
-    The palm keeps the place that it had at the start to the object as it is desired, held or not: so the reference
-    leads the open hand to the object and away from it as well. With p, R of the palm, e = (p - p_d, log(R_d^T R)), and
+    The palm keeps the place that it had at the start to the object as it is desired, but for the standoff that the
+    reference asks for, by which the open hand comes and goes. With p, R of the palm, e = (p - p_d, log(R_d^T R)), and
     J its Jacobian, the accelerations a of the joints that move it solve
 
         J a + J' q_F' = V_d' - D_palm (V - V_d) - K_palm e
@@ -56,8 +56,8 @@ class ArmPickAndPlace(PickAndPlace):
         known, memory = self.constants(observation), super().start(observation)
         n, nc = observation.joint_position.shape[0], len(observation.fingertips)
         feet, desired = np.empty((2, nc, 3)), rotation_of(observation.object_rpy_desired)
-        place = observation.tip_position, observation.object_position_desired, desired
-        set_feet(*place, known.fingers.normals, known.fingers.offsets, *feet)
+        origin = observation.object_position_desired + observation.standoff_desired
+        set_feet(observation.tip_position, origin, desired, known.fingers.normals, known.fingers.offsets, *feet)
         memory = np.concatenate([memory[: POSTURE + n], palm_place(known.palm, observation), feet.ravel()])
         _fix_to_palm(known.palm.terms.poses[known.palm.joint], feet, memory[-6 * nc :].reshape(2, nc, 3))
         return memory

@@ -79,7 +79,7 @@ def palm_place(palm: Palm, observation: Observation) -> Array:
     pose, desired = palm.terms.poses[palm.joint], np.empty((3, 3))
     set_rotation(observation.object_rpy_desired, desired)
     axes, origin = pose[:9].reshape(3, 3).T, pose[9:]
-    away = desired.T @ (origin - observation.object_position_desired)
+    away = desired.T @ (origin - observation.object_position_desired - observation.standoff_desired)
     return np.concatenate([(desired.T @ axes).ravel(), away])
 
 
@@ -103,7 +103,8 @@ def carry_palm(observed, palm, place, posture, torque):
         J a + J' q_F' = V_d' - K_d (V - V_d) - K_p e
 
     so that e'' + K_d e' + K_p e = 0, and of the accelerations that solve it, or come nearest to that, those nearest to
-    -K_q (q - q(0)) - K_d q'. The place is fixed to the object as it is desired: p_d = p_Od + R_Od r.
+    -K_q (q - q(0)) - K_d q'. The place is fixed to the object as it is desired, but for the standoff s:
+    p_d = p_Od + R_Od r + s.
 
     Args:
         observed: fields of an observation.
@@ -167,7 +168,8 @@ def _seek(observed, palm, place, J, pose, sought):
             speed = observed.joint_velocity[palm.columns[k]]
             moving += J[i, k] * speed
             turning += J[3 + i, k] * speed
-        away = pose[9 + i] - observed.object_coordinates_desired[i] - arm[i]
-        sought[i] = rate[i] + lifted[i] + swung[i]
-        sought[i] -= palm.damping * (moving - twist[i] - carried[i]) + palm.stiffness * away
+        away = pose[9 + i] - observed.object_coordinates_desired[i] - arm[i] - observed.standoff_desired[i]
+        sought[i] = rate[i] + lifted[i] + swung[i] + observed.standoff_acceleration_desired[i]
+        speed = moving - twist[i] - carried[i] - observed.standoff_rate_desired[i]
+        sought[i] -= palm.damping * speed + palm.stiffness * away
         sought[3 + i] = rate[3 + i] - palm.damping * (turning - twist[3 + i]) + palm.stiffness * turn[i]

@@ -23,7 +23,7 @@ def sample(name: str, at: Callable[[float], Goal], now: Array, twist: Array) -> 
     Args:
         name: of the reference, for messages.
         at: gives the goal at a time [s].
-        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 6 + pairs + 2).
+        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 11 + pairs).
         twist: of the object, world axes, and its rate, shape (2, 6).
 
     Raises:
@@ -76,8 +76,8 @@ def _difference(before: Array, after: Array, now: Array, twist: Array) -> None:
 
 
 def _row(goal: Goal, now: Array) -> Array:
-    row, pairs = goal.row(), now.shape[1] - 8
-    if row.shape != now.shape[1:] or np.size(goal.coordinates) != 6:
+    row, pairs = goal.row(), now.shape[1] - 11
+    if row.shape != now.shape[1:] or np.size(goal.coordinates) != 6 or np.size(goal.standoff) != 3:
         raise _Refused(
             f"{np.size(goal.coordinates)} coordinates and {np.size(goal.internal_force)} internal forces are asked "
             f"for; 6 and {pairs} are needed"
