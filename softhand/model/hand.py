@@ -98,8 +98,6 @@ def _numbers(vector: Vector3) -> Vector3:
 
 
 @lru_cache(maxsize=16)
-def _placed(
-    urdf: Urdf, arm: ArmPlace | None, position: Vector3, rpy: Vector3, tips: tuple[TipPlace, ...]
-) -> Urdf:
+def _placed(urdf: Urdf, arm: ArmPlace | None, position: Vector3, rpy: Vector3, tips: tuple[TipPlace, ...]) -> Urdf:
     """The hand with arm, mount and tips: the same object for the same hand, so that what is made of it can be kept."""
     return with_tips(mounted(urdf if arm is None else carried(urdf, arm), position, rpy), tips)

@@ -58,7 +58,9 @@ def carried(hand: Urdf, arm: ArmPlace) -> Urdf:
     if clash or PLACE in taken:
         name = min(clash, default=PLACE)
         raise ModelError(f"{hand.file}: '{name}' cannot be a name here; rename it.", file=str(hand.file))
-    root = ElementTree.Element("robot", {"name": f"{arm.urdf.root.get('name', 'arm')} with {hand.root.get('name', '')}"})
+    root = ElementTree.Element(
+        "robot", {"name": f"{arm.urdf.root.get('name', 'arm')} with {hand.root.get('name', '')}"}
+    )
     root.extend(_copied(arm.urdf, renamed))
     place = ElementTree.SubElement(root, "joint", {"name": PLACE, "type": "fixed"})
     ElementTree.SubElement(place, "parent", {"link": renamed.get(link, link)})
