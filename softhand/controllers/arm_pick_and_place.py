@@ -13,7 +13,7 @@ from softhand.controllers.regulation import regulation, regulation_by_angles
 from softhand.numerics.compiled import compiled
 from softhand.numerics.spatial import rotation_of
 from softhand.sensing.observation import Observation
-from softhand.settings.settings import NonNegative, Positive
+from softhand.settings.settings import Gain, NonNegative, Positive
 
 
 class ArmPickAndPlace(PickAndPlace):
@@ -31,9 +31,11 @@ class ArmPickAndPlace(PickAndPlace):
     six joints the idle motion is drawn to the start by K_idle; one that is near a singular posture is not slowed down.
     """
 
-    K_palm: Positive = 400.0
+    K_v: Gain = 0.015
+    """As in `pick-and-place`, of the joints of the fingers [N m s/rad or N s/m], one number or one a joint."""
+    K_palm: Positive = 900.0
     """Stiffness of the place of the palm [1/s^2]."""
-    D_palm: Positive = 40.0
+    D_palm: Positive = 60.0
     """Damping of the palm, and of what an arm of more than six joints can do beside [1/s]."""
     K_idle: NonNegative = 100.0
     """Stiffness of idle motions of such an arm to the posture of the start [1/s^2]."""
