@@ -41,6 +41,7 @@ SCENARIOS = {
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
     "pick-and-place": "grasp-and-lift",
+    "arm-pick-and-place": "arm-pick-and-place",
 }
 """A scenario that ships for each controller that ships."""
 

@@ -12,6 +12,7 @@ from softhand.numerics.arrays import Array
 _ITERATIONS = 40
 _LONGEST = 0.5  # longest Newton step
 _RETURN = 5  # steps back to a root
+_NEARLY, _FLAT = 1e-3, 1e-12  # first step at the end of a search, and what of the distance is rounding
 _MARGIN = 1e-3  # of the range, so that a last correction stays within the bounds
 
 
@@ -112,7 +113,29 @@ def nearest_root(
             break
         else:
             share *= 0.5
-    return point
+    return _settled(
+        point,
+        lambda point: step_towards(point, wish),
+        distance,
+        lambda point: np.linalg.norm(excess(point)) <= tolerance,
+        lower,
+        upper,
+    )
+
+
+def _settled(
+    point: Array, step: Callable[[Array], Array], distance: Callable[[Array], float],
+    is_root: Callable[[Array], bool], lower: Array, upper: Array,
+) -> Array:  # fmt: skip
+    """To the last digits, which the distance does not show: whole steps as long as each is shorter than the last."""
+    found, last = point, _NEARLY
+    for _ in range(_ITERATIONS):
+        way = step(found)
+        longest = float(np.max(np.abs(way)))
+        if not longest < last:
+            break
+        found, last = np.clip(found + way, lower, upper), longest
+    return found if is_root(found) and distance(found) <= distance(point) * (1.0 + _FLAT) else point
 
 
 def _step(value: Array, J: Array, point: Array, aim: Array, size: Array, lower: Array, upper: Array) -> Array:
