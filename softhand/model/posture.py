@@ -9,12 +9,13 @@ import numpy as np
 from softhand.model.arm import REACHED, Arm
 from softhand.model.joined import shared_columns
 from softhand.numerics.arrays import Array
-from softhand.numerics.roots import find_root, nearest_root
+from softhand.numerics.least_on_roots import least_on_roots, root_within
 
 SHARED = 100.0
 """How much farther a joint that moves several tips goes for the same cost."""
 
 _STARTS = 12
+_MARGIN = 1e-3  # of the range, so that a finger can settle
 
 
 def reach_together(arm: Arm, targets: Array, guess: Array) -> tuple[Array, float]:
@@ -39,6 +40,7 @@ def reach_together(arm: Arm, targets: Array, guess: Array) -> tuple[Array, float
     """
     world, (lower, upper) = arm.world, arm.limits
     size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
+    lower, upper = lower + _MARGIN * size, upper - _MARGIN * size
     shared = shared_columns(world.tips)
     size[shared] *= SHARED
 
@@ -53,8 +55,8 @@ def reach_together(arm: Arm, targets: Array, guess: Array) -> tuple[Array, float
     within = np.maximum(lower, -math.pi), np.minimum(upper, math.pi)
     others = np.tile(guess, (_STARTS, 1))
     others[:, shared] = np.random.default_rng(0).uniform(*within, others.shape)[:, shared]
-    angles, _ = find_root(miss, slope, [guess, *others], lower, upper, REACHED)
-    if np.linalg.norm(miss(angles)) <= REACHED:
-        angles = nearest_root(miss, slope, angles, guess, lower, upper, REACHED, size)
-    left = np.linalg.norm(miss(angles).reshape(-1, 3), axis=1)
-    return angles, float(left.max())
+    angles, left = root_within(miss, slope, [guess, *others], lower, upper, size, REACHED)
+    if left <= REACHED:
+        angles = least_on_roots(miss, slope, angles, guess, lower, upper, size, REACHED)
+    gaps = np.linalg.norm(miss(angles).reshape(-1, 3), axis=1)
+    return angles, float(gaps.max())

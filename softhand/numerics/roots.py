@@ -12,7 +12,6 @@ from softhand.numerics.arrays import Array
 _ITERATIONS = 40
 _LONGEST = 0.5  # longest Newton step
 _RETURN = 5  # steps back to a root
-_NEARLY, _FLAT = 1e-3, 1e-12  # first step at the end of a search, and what of the distance is rounding
 _MARGIN = 1e-3  # of the range, so that a last correction stays within the bounds
 
 
@@ -70,11 +69,10 @@ def nearest_root(
     lower: Array,
     upper: Array,
     tolerance: float,
-    size: Array | None = None,
 ) -> Array:
     """From one root within bounds to the one near it that is nearest to a wish, where there are many.
 
-    The least of the sum of ((x - wish) / size)^2 along the roots: steps towards the wish that keep the linearised
+    The least of the sum of ((x - wish) / range)^2 along the roots: steps towards the wish that keep the linearised
     equations, each followed by the shortest way back to a root, and halved where they bring nothing.
 
     Args:
@@ -85,14 +83,12 @@ def nearest_root(
         lower: shape (n,), may be infinite.
         upper: shape (n,), may be infinite.
         tolerance: length of the excess that counts as zero.
-        size: by which each way is measured, the range if None, shape (n,).
 
     Returns:
         The nearest root found, a thousandth of the range inside the bounds; `root` if there is none nearer.
     """
-    span = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
-    size = span if size is None else size
-    lower, upper = lower + _MARGIN * span, upper - _MARGIN * span
+    size = np.where(np.isfinite(upper - lower), upper - lower, 2.0 * math.pi)
+    lower, upper = lower + _MARGIN * size, upper - _MARGIN * size
 
     def distance(values: Array) -> float:
         return float(np.linalg.norm((values - wish) / size))
@@ -113,29 +109,7 @@ def nearest_root(
             break
         else:
             share *= 0.5
-    return _settled(
-        point,
-        lambda point: step_towards(point, wish),
-        distance,
-        lambda point: np.linalg.norm(excess(point)) <= tolerance,
-        lower,
-        upper,
-    )
-
-
-def _settled(
-    point: Array, step: Callable[[Array], Array], distance: Callable[[Array], float],
-    is_root: Callable[[Array], bool], lower: Array, upper: Array,
-) -> Array:  # fmt: skip
-    """To the last digits, which the distance does not show: whole steps as long as each is shorter than the last."""
-    found, last = point, _NEARLY
-    for _ in range(_ITERATIONS):
-        way = step(found)
-        longest = float(np.max(np.abs(way)))
-        if not longest < last:
-            break
-        found, last = np.clip(found + way, lower, upper), longest
-    return found if is_root(found) and distance(found) <= distance(point) * (1.0 + _FLAT) else point
+    return point
 
 
 def _step(value: Array, J: Array, point: Array, aim: Array, size: Array, lower: Array, upper: Array) -> Array:
