@@ -1,4 +1,4 @@
-"""The least of a sum of squares among the roots of some equations, within bounds: Newton on the surface of the roots."""
+"""The least of a sum of squares among the roots of some equations within bounds, by Newton's method along the roots."""
 
 from __future__ import annotations
 
