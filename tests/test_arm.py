@@ -18,6 +18,7 @@ from softhand.assembly.plant import read_world
 from softhand.assembly.resolve import resolve
 from softhand.errors import GraspError, ModelError, ScenarioError
 from softhand.grasping.palm import standing_joints
+from softhand.grasping.proposals import propose_grasps
 from softhand.model.arm import REACHED, Arm
 from softhand.model.body import ObjectModel
 from softhand.model.hand import HandModel
@@ -29,6 +30,7 @@ from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, joints_of, load_world
 from softhand.numerics.spatial import rotation_of
 from softhand.scenario.scenario import Scenario, load_scenario
+from softhand.settings.toml import tomllib
 
 ARM_URDF = REPOSITORY / "urdf" / "six_axis_arm.urdf"
 TIPS = ("finger_1_tip", "finger_2_tip", "finger_3_tip")
@@ -258,6 +260,16 @@ def test_searches_stand_where_the_start_does() -> None:
     assert_allclose(standing_joints(setup.world, asked)[:6], joints[:6], rtol=0.0, atol=1e-9)
     far = asked.with_values({"object.position": [1.4, 0.0, 0.1]})
     assert_allclose(standing_joints(setup.world, far), asked.grasp.joint_guess)
+
+
+@pytest.mark.slow
+def test_grasps_are_proposed_for_a_hand_on_an_arm() -> None:
+    """With the palm brought along; the section that is printed has all that its start needs, and is one."""
+    proposal = propose_grasps(scenario(), count=1, points=60)[0]
+    table = tomllib.loads(proposal.section())["grasp"]
+    assert (table["reach"], table["standoff"], table["opening"]) == ("all", [0.0, 0.0, 0.1], 0.015)
+    again = build(scenario(grasp=table, duration=0.001)).sample()
+    assert again.tip_position[:, 2].min() > 0.1 and proposal.margin > 0.1
 
 
 # --------------------------------------------------------------------------------------------------------- in motion
