@@ -58,6 +58,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "two-phase": "softhand.controllers.two_phase:TwoPhase",
         "set-points": "softhand.controllers.set_points:SetPoints",
         "pick-and-place": "softhand.controllers.pick_and_place:PickAndPlace",
+        "arm-pick-and-place": "softhand.controllers.arm_pick_and_place:ArmPickAndPlace",
     },
     "references": {
         "hold": "softhand.references.hold:Hold",

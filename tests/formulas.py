@@ -334,6 +334,53 @@ def pick_and_place(controller: Any, seen: Seen) -> Array:
     return tau
 
 
+def arm_pick_and_place(controller: Any, seen: Seen) -> Array:
+    """The same with free tips fixed to the palm, and the palm brought along by the joints that carry it."""
+    start, now = seen[0], seen[-1]
+    n, known = len(now.joint_position), now.known
+    model = pin.Model(known.rigid.__reduce__()[1][0])
+    data, columns, moves = model.createData(), list(known.palm_columns), np.ones(n)
+    moves[columns] = 0.0
+
+    def palm(seen: Observation) -> pin.SE3:
+        pin.forwardKinematics(model, data, seen.configuration)
+        return data.oMi[known.palm_joint].copy()
+
+    def desired(seen: Observation) -> pin.SE3:
+        return pin.SE3(rotation(seen.object_rpy_desired), seen.object_position_desired + seen.standoff_desired)
+
+    fingers = controller.model_copy(update={"K_v": tuple(moves * spread(controller.K_v, n))})
+    held = np.mean(now.internal_force_desired) >= controller.touch_force and np.all(now.contact_force[:, 2] > 0.0)
+    tau = regulation(fingers, seen) if held else at_joints(fingers, now)
+    for i, (tip, J) in enumerate(zip(now.fingertips, moves * now.tip_jacobian, strict=True)):
+        normal = desired(start).rotation @ tip.face.normal
+        height = normal @ (start.tip_position[i] - desired(start).translation) - tip.face.offset
+        foot = palm(start).inverse().act(start.tip_position[i] - height * normal)
+        off = (tip.law.radius + now.opening_desired) * (palm(start).rotation.T @ normal)
+        force = controller.K_tip * (palm(now).act(foot + off) - now.tip_position[i])
+        tau += (not held) * (J.T @ (force - controller.D_tip * (J @ now.joint_velocity)))
+    there = desired(now) * desired(start).inverse() * palm(start)
+    v, axes = np.concatenate([now.joint_velocity, np.zeros(6)]), pin.LOCAL_WORLD_ALIGNED
+    pin.forwardKinematics(model, data, now.configuration, v, np.zeros(n + 6))
+    here, bias = data.oMi[known.palm_joint], pin.getClassicalAcceleration(model, data, known.palm_joint, axes)
+    V = pin.getVelocity(model, data, known.palm_joint, axes)
+    w, rate = now.object_twist_desired[3:], now.object_twist_rate_desired
+    arm = there.translation - desired(now).translation
+    V_d = np.concatenate([now.object_twist_desired[:3] + now.standoff_rate_desired + np.cross(w, arm), w])
+    A_d = rate.copy()
+    A_d[:3] += now.standoff_acceleration_desired + np.cross(rate[3:], arm) + np.cross(w, np.cross(w, arm))
+    error = np.concatenate([here.translation - there.translation, turn(there.rotation, here.rotation)])
+    J = pin.computeJointJacobians(model, data, now.configuration)
+    J = pin.getJointJacobian(model, data, known.palm_joint, axes)[:, columns]
+    wish = -controller.K_idle * (now.joint_position - start.joint_position) - controller.D_palm * now.joint_velocity
+    sought = A_d - controller.D_palm * (V.vector - V_d) - controller.K_palm * error - bias.vector
+    a = wish[columns] + inverse(J) @ (sought - J @ wish[columns])
+    M = pin.crba(model, data, now.configuration)
+    M = np.triu(M) + np.triu(M, 1).T
+    model.gravity.setZero()
+    return tau + M[:n, columns] @ a + pin.nonLinearEffects(model, data, now.configuration, v)[:n]
+
+
 def least_squeeze(controller: Any, seen: Seen) -> Array:
     """(59) with the filtered squeeze of the least barrier value, which Newton finds here from affine functions."""
     first = seen[0]
@@ -454,6 +501,7 @@ FORMULAS: dict[str, Formula] = {
     "two-phase": two_phase,
     "set-points": set_points,
     "pick-and-place": pick_and_place,
+    "arm-pick-and-place": arm_pick_and_place,
 }
 
 

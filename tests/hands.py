@@ -59,6 +59,13 @@ REFERENCE_BASES = ((0.055, 0.040, math.pi / 2), (-0.055, 0.040, -math.pi / 2), (
 """x, y [m] and heading [rad] of each finger's base; at the heading 0 a finger faces +y."""
 
 
+ARM_IN_THE_AIR: dict[str, Any] = {
+    "grasp.opening": 0.0, "grasp.standoff": [0.0, 0.0, 0.0], "grasp.internal_force": [5.0, 5.0, 4.0], "table": None,
+    "object.position": [0.40, 0.12, 0.11], "reference": {"kind": "hold"},
+}  # fmt: skip
+"""Of `arm-pick-and-place`: the run starts with the box held in the air."""
+
+
 def ring(count: int, radius: float) -> list[tuple[float, float, float]]:
     """Bases spread evenly on a circle [m], the first on +x, all facing its centre."""
     angles = [2.0 * math.pi * k / count for k in range(count)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hands import Array
+from hands import ARM_IN_THE_AIR, Array
 from numpy.testing import assert_allclose
 
 import softhand
@@ -42,6 +42,7 @@ CONTROLLERS = {
     "two-phase": "pinch-two-phase",
     "opposing": "pinch-opposing",
     "pick-and-place": "target-a",
+    "arm-pick-and-place": "arm-pick-and-place",
     "least-squeeze": "target-a",
 }
 
@@ -67,6 +68,12 @@ def turned(scenario: softhand.Scenario, Q: Array) -> softhand.Scenario:
 def load(name: str) -> softhand.Scenario:
     """A short run with a controller, errors as rotation vectors, which moves to its target in 0.1 s."""
     values = {"duration": 0.12, "reference.duration": 0.1, "reference.orientation_path": "geodesic"}
+    if name == "arm-pick-and-place":
+        values = {**ARM_IN_THE_AIR, **values, "reference": {
+            "kind": "minimum-jerk", "duration": 0.1, "object_position": [0.35, 0.1, 0.14],
+            "object_rpy": [0.2, -0.3, 0.4], "internal_force": [6.0, 6.0, 5.0],
+        }}  # fmt: skip
+        del values["reference.duration"], values["reference.orientation_path"]
     scenario = softhand.load_scenario(CONTROLLERS[name], values)
     if name in ("regulation", "pick-and-place", "least-squeeze"):
         scenario = scenario.with_values({"controller": {"name": name}})

@@ -61,7 +61,7 @@ def away(plant: Plant, state: State, base: State, model: LinearModel | Loop) -> 
 # ------------------------------------------------------------------------------------------------ the plant by itself
 
 
-@pytest.mark.parametrize("name", [*SCENARIOS, "conservative", "can", "gripper", "grasp-and-lift"])
+@pytest.mark.parametrize("name", [*SCENARIOS, "conservative", "can", "gripper", "grasp-and-lift", "arm-pick-and-place"])
 def test_the_model_is_the_plant_for_small_motions(name):
     """Displacement, rates, memory and torque in a random direction: 8 ms of the plant are expm(A t) x + Gamma u.
 
@@ -132,7 +132,7 @@ class Slow(Controller):
 
 
 AT_REST = ["target-a", "finger-only", "object-impedance", "computed-torque", "pinch-angle-feedback", "pinch-two-phase",
-           "grasp-and-lift", "allegro-box"]  # fmt: skip
+           "grasp-and-lift", "arm-pick-and-place", "allegro-box"]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", [*AT_REST, Delayed, Slow], ids=str)
@@ -201,7 +201,8 @@ def test_every_shipped_controller_has_a_growth_rate():
     """Of each scenario that ships with a controller of its own; those not at rest at the start say so."""
     found = {}
     for name in ("blind", "computed-torque", "finger-only", "object-impedance", "point-contact",
-                 "pinch-angle-feedback", "pinch-opposing", "pinch-two-phase", "grasp-and-lift"):  # fmt: skip
+                 "pinch-angle-feedback", "pinch-opposing", "pinch-two-phase", "grasp-and-lift",
+                 "arm-pick-and-place"):  # fmt: skip
         found[name] = softhand.stability(load_scenario(name), with_scan=False)
     others = {"regulation", "state-feedback", "least-squeeze", "set-points"}  # the last one is nothing without servos
     assert {result.controller for result in found.values()} | others == set(plugin_names("controllers"))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hands import DATA, Array
+from hands import ARM_IN_THE_AIR, DATA, Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, ControllerError, SimulationStopped, build, load_scenario
@@ -29,6 +29,7 @@ SCENARIOS = {
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
     "pick-and-place": "grasp-and-lift",
+    "arm-pick-and-place": "arm-pick-and-place",
 }
 CASES: list[tuple[str, dict[str, Any]]] = [
     *((name, {}) for name in SHIPPED["controllers"] if name not in ("state-feedback", "least-squeeze")),
@@ -36,6 +37,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("state-feedback", {"controller": {"name": "state-feedback", "gain_file": str(DATA / "state_feedback.toml")}}),
     *((name, {"controller.orientation_error": "euler"}) for name in ("finger-only", "computed-torque")),
     ("pick-and-place", {"duration": 1.2}),  # until the tips hold
+    ("arm-pick-and-place", ARM_IN_THE_AIR),
 ]
 
 

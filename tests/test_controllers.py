@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from hands import Array
+from hands import ARM_IN_THE_AIR, Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, Recording, ScenarioError, Simulation, build, load_scenario, simulate
@@ -41,6 +42,7 @@ SCENARIOS = {
     "angle-feedback": "pinch-angle-feedback",
     "two-phase": "pinch-two-phase",
     "pick-and-place": "grasp-and-lift",
+    "arm-pick-and-place": "arm-pick-and-place",
 }
 """A scenario that ships for each controller that ships."""
 
@@ -64,8 +66,8 @@ def virtual_turning(x: Array, axes: Array) -> Array:
 class Stage:
     """The start of a scenario, and observations of states near it."""
 
-    def __init__(self, name: str) -> None:
-        self.simulation: Simulation = build(load_scenario(name, {"duration": 0.001}))
+    def __init__(self, name: str, values: dict[str, Any] | None = None) -> None:
+        self.simulation: Simulation = build(load_scenario(name, {"duration": 0.001, **(values or {})}))
         self.model = self.simulation.plant.world.model
         self.start = self.simulation.state.copy()
         pairs = len(contact_pairs(self.simulation.plant.world.n_tips))
@@ -128,7 +130,15 @@ def make(name: str, stage: Stage) -> Controller:
     return find_plugin("controllers", name, "controller.name")(**scenario.controller.parameters)
 
 
+@cache
+def arm() -> Stage:
+    """The hand on an arm, with the box in the air."""
+    return Stage("arm-pick-and-place", ARM_IN_THE_AIR)
+
+
 def stage_of(name: str, hand: Stage, pinch: Stage) -> Stage:
+    if name.startswith("arm"):
+        return arm()
     return pinch if SCENARIOS[name].startswith("pinch") else hand
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from formulas import FORMULAS, Seen, block, rotation, torque_of, turning
-from hands import DATA, Array
+from hands import ARM_IN_THE_AIR, DATA, Array
 from numpy.testing import assert_allclose
 
 from softhand import Controller, Simulation, build, load_scenario
@@ -24,20 +24,22 @@ needs_robots = pytest.mark.skipif(
     importlib.util.find_spec("example_robot_data") is None,
     reason='needs the extra robots: pip install "softhand[robots]"',
 )
-PINCH = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase",
-         "set-points": "set-points"}  # fmt: skip
+OWN = {"angle-feedback": "pinch-angle-feedback", "opposing": "pinch-opposing", "two-phase": "pinch-two-phase",
+       "set-points": "set-points", "arm-pick-and-place": "arm-pick-and-place"}  # fmt: skip
+VALUES: dict[str, dict[str, Any]] = {"arm in the air": ARM_IN_THE_AIR}
 SENT = {"position": (-0.1, -0.4, 1.5, 0.1, -0.5, 1.4, 0.0, -0.7, 1.6), "offset": 0.02, "duration": 0.02}
 NEEDED = {"state-feedback": {"gain_file": str(DATA / "state_feedback.toml")}, "set-points": SENT}
 UNEQUAL = {"K_O_position": (80.0, 100.0, 120.0), "K_N": (1.2, 1.5, 1.8), "K_v": 0.01}
 EULER = {"orientation_error": "euler"}
 CASES: list[Any] = [
-    *((name, PINCH.get(name, "target-a"), NEEDED.get(name, {})) for name in SHIPPED["controllers"]),
+    *((name, OWN.get(name, "target-a"), NEEDED.get(name, {})) for name in SHIPPED["controllers"]),
     *((name, "target-a", {"torsion_compensation": False}) for name in
       ("regulation", "finger-only", "point-contact", "object-impedance", "computed-torque")),
     *((name, "target-a", EULER) for name in ("regulation", "finger-only", "object-impedance", "computed-torque")),
     ("regulation", "target-a", UNEQUAL),
     ("regulation", "pinch", {}),
     ("pick-and-place", "grasp-and-lift", {}),  # with free tips
+    ("arm-pick-and-place", "arm in the air", {}),
     pytest.param(("regulation", "allegro-box", {"K_posture": 0.05}), marks=needs_robots),  # with idle motions
 ]  # fmt: skip
 each_case = pytest.mark.parametrize("case", CASES, indirect=True, ids=lambda case: " ".join([*case[:2], *case[2]]))
@@ -58,7 +60,8 @@ class Case:
 def case(request: pytest.FixtureRequest) -> Case:
     name, scenario, settings = request.param
     controller = find_plugin("controllers", name, "controller.name")(**settings)
-    values = {"duration": 0.03, "control_period": 0.001}
+    values = {"duration": 0.03, "control_period": 0.001, **VALUES.get(scenario, {})}
+    scenario = name if scenario in VALUES else scenario
     simulation = build(load_scenario(scenario, values), controller)
     rng, n = np.random.default_rng(3), simulation.plant.world.n_joints
     simulation.state.v[:] = np.concatenate([rng.normal(0.0, 0.3, n), rng.normal(0.0, 0.02, 3), rng.normal(0.0, 0.3, 3)])
@@ -121,6 +124,9 @@ def desired(run: Seen, rng: np.random.Generator) -> list[Observation]:
         seen.internal_force_desired *= rng.uniform(0.7, 1.3, seen.internal_force_desired.shape)
         seen.opening_desired += 2e-3
         seen.carried_desired = 0.6
+        seen.standoff_desired += rng.normal(0.0, 0.01, 3)
+        seen.standoff_rate_desired += rng.normal(0.0, 0.1, 3)
+        seen.standoff_acceleration_desired += rng.normal(0.0, 1.0, 3)
     return handed
 
 
@@ -245,6 +251,7 @@ MEASURED = {
     "two-phase": {"object_rotation"},
     "set-points": set(),
     "pick-and-place": GRASP | TWIST | {"object_rotation", "internal_force"},
+    "arm-pick-and-place": GRASP | TWIST | {"object_rotation", "internal_force", "configuration"},
 }  # fmt: skip
 """What each reads after its start, beside the time, the joints, what depends on these alone, and what is desired."""
 MEASURED_AS_EULER = {

@@ -83,7 +83,7 @@ def test_every_plugin_has_its_keys_in_the_table(kind: str) -> None:
     """Once those that all of the kind have, the others below the name of each."""
     table = SCRIPT.plugins(kind)
     assert all(f"| **`{name}`** |" in table for name in SHIPPED[kind])
-    assert table.count("| `radius` |") == (kind == "laws") and table.count("| `K_v` |") == 8 * (kind == "controllers")
+    assert table.count("| `radius` |") == (kind == "laws") and table.count("| `K_v` |") == 9 * (kind == "controllers")
 
 
 def test_every_file_that_the_page_of_architecture_names_is_there() -> None:

@@ -246,7 +246,9 @@ def test_what_is_desired_can_be_set_as_a_whole(live: Simulation) -> None:
     """The record, its fields and the names are one; the time is a number of its own."""
     rng, mine = np.random.default_rng(2), live.observation.copy()
     coordinates, twists = rng.normal(size=(3, 6)), rng.normal(size=(2, 6))
-    wanted = Desired(*coordinates, rng.normal(size=3), *twists, opening=np.full(1, 0.01), carried=np.full(1, 0.5))
+    wanted = Desired(
+        *coordinates, rng.normal(size=3), *twists, np.full(1, 0.01), np.full(1, 0.5), *rng.normal(size=(3, 3))
+    )
     mine.desired, mine.time = wanted, 7
     for name, value in vars(wanted).items():
         assert np.array_equal(getattr(mine.desired, name), value), name

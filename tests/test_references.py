@@ -56,9 +56,11 @@ def test_the_minimum_jerk_follows_its_polynomial(time: float) -> None:
 
 def test_what_rests_asks_for_the_same() -> None:
     """`resting` gives the goal at all times."""
-    goal = Goal(START.coordinates, START.internal_force, opening=0.02, carried=0.3)
+    goal = Goal(START.coordinates, START.internal_force, opening=0.02, carried=0.3, standoff=(0.1, 0.2, 0.3))
     desired = resting(goal).update(3.0)
-    row = np.concatenate([desired.coordinates, desired.internal_force, desired.opening, desired.carried])
+    row = np.concatenate(
+        [desired.coordinates, desired.internal_force, desired.opening, desired.carried, desired.standoff]
+    )
     np.testing.assert_array_equal(row, goal.row())
 
 
@@ -78,7 +80,10 @@ class Circle(Reference):
         acceleration = -self.radius * w**2 * np.array([c, s, 0.0, 0.0, 0.0, 10.0 * s])
         told = {"rate": rate, "acceleration": acceleration} if self.tells_rates else {}
         force = np.add(start.internal_force, 1.0 - c)
-        return Goal(start.coordinates + across, force, opening=1e-3 * s, carried=0.5 + 0.5 * c, **told)
+        standoff = (0.1 * s, 0.0, 0.2 * c)
+        return Goal(
+            start.coordinates + across, force, opening=1e-3 * s, carried=0.5 + 0.5 * c, standoff=standoff, **told
+        )
 
 
 @pytest.mark.parametrize("time", [0.0, 0.04, 0.31])
@@ -88,6 +93,11 @@ def test_rates_of_ones_own_reference_come_from_differences(time: float) -> None:
     np.testing.assert_allclose(told.coordinates, Circle().at(time, START).coordinates)
     np.testing.assert_allclose(told.internal_force, Circle().at(time, START).internal_force)
     np.testing.assert_allclose(told.opening, 1e-3 * sin(4.0 * pi * time), atol=1e-18)
+    w, s, c = 4.0 * pi, sin(4.0 * pi * time), cos(4.0 * pi * time)
+    for one in (told, differences):
+        np.testing.assert_allclose(one.standoff, (0.1 * s, 0.0, 0.2 * c), atol=1e-15)
+        np.testing.assert_allclose(one.standoff_rate, (0.1 * w * c, 0.0, -0.2 * w * s), atol=1e-5)
+        np.testing.assert_allclose(one.standoff_acceleration, (-0.1 * w * w * s, 0.0, -0.2 * w * w * c), atol=1e-3)
     np.testing.assert_array_equal(differences.coordinates, told.coordinates)
     np.testing.assert_allclose(differences.coordinates_rate, told.coordinates_rate, atol=1e-6)
     np.testing.assert_allclose(differences.coordinates_acceleration, told.coordinates_acceleration, atol=2e-5)

@@ -19,9 +19,10 @@ from softhand.references.waypoints import Waypoints
 from softhand.settings.settings import read_settings
 from softhand.settings.toml import tomllib
 
-START = Goal((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0)
+START = Goal((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (1.0, 2.0, 3.0), opening=0.015, carried=0.0,
+             standoff=(0.0, 0.1, 0.2))  # fmt: skip
 FIRST = Goal((0.01, 0.01, 0.13, 0.0, 0.0, 0.2), (4.0, 4.0, 3.0), opening=-0.002, carried=0.5)
-SECOND = Goal((0.02, 0.03, 0.12, 0.3, 0.0, 0.2), (5.0, 1.0, 3.0), opening=0.0)
+SECOND = Goal((0.02, 0.03, 0.12, 0.3, 0.0, 0.2), (5.0, 1.0, 3.0), opening=0.0, standoff=(0.1, 0.0, -0.2))
 THIRD = Goal((0.0, 0.01, 0.142, 0.0, 0.1, 0.0), (0.0, 0.0, 0.0), carried=0.0)
 
 
@@ -29,7 +30,7 @@ def _waypoint(goal: Goal, **others: Any) -> Waypoint:
     position, rpy = np.split(np.asarray(goal.coordinates), 2)
     return Waypoint(
         object_position=position, object_rpy=rpy, internal_force=goal.internal_force, opening=goal.opening,
-        carried=goal.carried, **others,
+        carried=goal.carried, standoff=goal.standoff, **others,
     )  # fmt: skip
 
 
@@ -48,7 +49,7 @@ def passing() -> Motion:
 
 def _row(passing: Motion, time: float) -> np.ndarray:
     seen = passing.update(time)
-    return np.concatenate([seen.coordinates, seen.internal_force, seen.opening, seen.carried])
+    return np.concatenate([seen.coordinates, seen.internal_force, seen.opening, seen.carried, seen.standoff])
 
 
 def test_it_is_at_each_waypoint_at_its_time_and_at_rest(passing: Motion) -> None:
@@ -73,8 +74,12 @@ def test_between_two_waypoints_it_is_the_minimum_jerk(passing: Motion) -> None:
 
 @pytest.mark.parametrize("time", [0.13, 0.8, 1.7])
 def test_rates_are_the_slopes_of_the_values(passing: Motion, time: float) -> None:
-    """q_Od' and q_Od'' against central differences."""
+    """q_Od', q_Od'' and those of the standoff against central differences."""
     h = 1e-5
+    places, rates = ([getattr(passing.update(time + step), name).copy() for step in (-h, h)]
+                     for name in ("standoff", "standoff_rate"))  # fmt: skip
+    np.testing.assert_allclose(passing.update(time).standoff_rate, (places[1] - places[0]) / (2 * h), atol=1e-7)
+    np.testing.assert_allclose(passing.desired.standoff_acceleration, (rates[1] - rates[0]) / (2 * h), atol=1e-5)
     before, after = (passing.update(time + step).coordinates.copy() for step in (-h, h))
     slow, fast = (passing.update(time + step).coordinates_rate.copy() for step in (-h, h))
     seen = passing.update(time)

@@ -169,7 +169,8 @@ def read_start(scenario: Scenario) -> Goal:
     """Where the reference begins: as the object and the fingers start."""
     placed, grasp = scenario.object, scenario.grasp
     carried = 0.0 if grasp.opening else 1.0
-    return Goal((*placed.position, *placed.rpy), grasp.internal_force, grasp.opening, carried)
+    pose = (*placed.position, *placed.rpy)
+    return Goal(pose, grasp.internal_force, grasp.opening, carried, standoff=grasp.standoff)
 
 
 def read_motion(scenario: Scenario) -> Motion:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from softhand.assembly.parts import read_fingertips
 from softhand.contact.pads import Fingertip, Support
@@ -12,11 +13,14 @@ from softhand.model.body import ObjectModel
 from softhand.model.coupling import CouplingTable, MotorLimits
 from softhand.model.hand import HandModel
 from softhand.model.joint_mechanics import JointTable
+from softhand.model.urdf.carrying import ArmPlace
+from softhand.model.urdf.examination import HAND
 from softhand.model.urdf.mounting import TipPlace
+from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, load_world
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
-from softhand.scenario.bodies import CouplingSection
+from softhand.scenario.bodies import ArmSection, CouplingSection
 from softhand.scenario.file import resolve_path
 from softhand.scenario.joints import JointsSection
 from softhand.scenario.scenario import Scenario
@@ -35,10 +39,8 @@ def read_hand(scenario: Scenario) -> HandModel:
     tips = [tip if isinstance(tip, str) else TipPlace(tip.label, tip.frame, tip.position, tip.rpy) for tip in hand.tips]
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
     coupling = read_coupling(hand.coupling)
-    mechanics = read_mechanics(hand.joints)
-    return HandModel.read(
-        file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling=coupling, mechanics=mechanics
-    )  # fmt: skip
+    mechanics, arm = read_mechanics(hand.joints), read_arm(hand.arm)
+    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling, mechanics, arm)
 
 
 def read_mechanics(section: JointsSection | None) -> JointTable | None:
@@ -47,6 +49,14 @@ def read_mechanics(section: JointsSection | None) -> JointTable | None:
         return None
     given = ((name, getattr(section, name)) for name in JointTable._fields)
     return JointTable(*(tuple(value.items()) if isinstance(value, dict) else value for _, value in given))
+
+
+def read_arm(section: ArmSection | None) -> ArmPlace | None:
+    """The arm of a scenario as the model takes it."""
+    if section is None:
+        return None
+    role = replace(HAND, repair=section.repair or "", density=section.density)
+    return ArmPlace(Urdf.read(resolve_path(section.urdf), role), section.link, section.position, section.rpy)
 
 
 def read_coupling(section: CouplingSection | None) -> CouplingTable | None:
@@ -115,7 +125,9 @@ def solve_start(
         GraspError: there is none.
     """
     section, position, rotation = scenario.grasp, scenario.object.position, rotation_of(scenario.object.rpy)
-    points, guess = section.contact_points, section.joint_guess
+    points, guess, reach = section.contact_points, section.joint_guess, section.reach
     if section.opening:
-        return solve_open_start(world, fingertips, points, section.opening, position, rotation, supports, guess)
-    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known)
+        return solve_open_start(
+            world, fingertips, points, section.opening, position, rotation, supports, guess, reach, section.standoff
+        )
+    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known, reach)

@@ -32,7 +32,10 @@ def doubts_of_target(setup: Setup) -> Iterator[str]:
         if not force.any():
             continue
         try:
-            solve_grasp(world, tips, grasp.contact_points, force, position, rotation_of(rpy), grasp.joint_guess)
+            solve_grasp(
+                world, tips, grasp.contact_points, force, position, rotation_of(rpy), grasp.joint_guess,
+                reach=grasp.reach,
+            )  # fmt: skip
         except LawError as error:
             yield f"reference: at the target, {error}"
         except GraspError as error:

@@ -164,7 +164,8 @@ def _held(recording: Recording, setup: Setup, k: int) -> HeldStart:
 
 def goal_of(desired: Desired) -> Goal:
     """What is asked for at one time, as plain values."""
-    return Goal(desired.coordinates, desired.internal_force, float(desired.opening[0]), float(desired.carried[0]))
+    return Goal(desired.coordinates, desired.internal_force, float(desired.opening[0]), float(desired.carried[0]),
+                standoff=desired.standoff)  # fmt: skip
 
 
 def resting_since(motion: Motion, time: float) -> float | None:

@@ -6,6 +6,7 @@ from softhand.plugins import attributes
 
 if TYPE_CHECKING:  # for editors
     from softhand.controllers.angle_feedback import AngleFeedback as AngleFeedback
+    from softhand.controllers.arm_pick_and_place import ArmPickAndPlace as ArmPickAndPlace
     from softhand.controllers.blind import Blind as Blind
     from softhand.controllers.computed_torque import ComputedTorque as ComputedTorque
     from softhand.controllers.controller import Controller as Controller

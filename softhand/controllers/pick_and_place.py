@@ -76,8 +76,11 @@ class PickAndPlace(Controller):
         """The law while the object is held."""
         return Regulation(**{key: getattr(self, key) for key in Regulation.model_fields})
 
-    def constants(self, observation: Observation) -> Tuning:
+    def constants(self, observation: Observation) -> Any:
         """The settings, and what is known of tips and object."""
+        return self._tuning(observation)
+
+    def _tuning(self, observation: Observation) -> Tuning:
         tips = observation.fingertips
         return Tuning(
             self.touch_force,
@@ -95,7 +98,7 @@ class PickAndPlace(Controller):
 
     def start(self, observation: Observation) -> Any:
         """All tips free, at their feet."""
-        known, feet = self.constants(observation), np.empty((2, len(observation.fingertips), 3))
+        known, feet = self._tuning(observation), np.empty((2, len(observation.fingertips), 3))
         place = observation.tip_position, observation.object_position, observation.object_rotation
         set_feet(*place, known.normals, known.offsets, *feet)
         head = [0.0, observation.time, FINE, 0.0]
@@ -117,8 +120,8 @@ class PickAndPlace(Controller):
         else:
             what = "the object does not stand: at the release the fingers still carry more than half of its weight"
         return ControllerError(
-            f"controller 'PickAndPlace' gave up at t = {observation.time:g} s: {what}.",
-            controller="PickAndPlace", reason="given up", time=observation.time,
+            f"controller '{type(self).__name__}' gave up at t = {observation.time:g} s: {what}.",
+            controller=type(self).__name__, reason="given up", time=observation.time,
         )  # fmt: skip
 
 
@@ -145,7 +148,7 @@ class Tuning(NamedTuple):
 @compiled
 def pick_and_place(observed, known, memory, torque):
     """The law of the class; `memory` as `start` returns it."""
-    _judge(observed, known, memory)
+    judge(observed, known, memory)
     if memory[VERDICT] != FINE:
         torque[:] = np.nan
     elif memory[HOLDS]:
@@ -157,7 +160,7 @@ def pick_and_place(observed, known, memory, torque):
 @compiled
 def pick_and_place_by_angles(observed, known, memory, torque):
     """The same with (59) by q_O."""
-    _judge(observed, known, memory)
+    judge(observed, known, memory)
     if memory[VERDICT] != FINE:
         torque[:] = np.nan
     elif memory[HOLDS]:
@@ -167,7 +170,7 @@ def pick_and_place_by_angles(observed, known, memory, torque):
 
 
 @compiled
-def _judge(observed, known, memory):
+def judge(observed, known, memory):
     """Take hold or let go if it is time, and see that all is as it has to be."""
     f_Nd, now, wanted = observed.internal_force_desired, observed.clock[0], 0.0
     for k in range(f_Nd.shape[0]):

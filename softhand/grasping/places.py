@@ -11,12 +11,12 @@ import numpy as np
 
 from softhand.grasping.chains import finger_chain, tip_position
 from softhand.grasping.inverse import approach
+from softhand.grasping.palm import standing_joints
 from softhand.grasping.situation import Situation, skeleton
 from softhand.grasping.wrenches import tangents
 from softhand.model.arm import REACHED, Arm
 from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
-from softhand.start.reach import initial_joints
 
 RESERVE = math.radians(5.0)
 """Least distance of a joint to its limits [rad]."""
@@ -64,7 +64,7 @@ class PlaceFinder:
     def __init__(self, here: Situation, points: int) -> None:
         """Look at about so many points of the surface."""
         world = here.world
-        self.here, self.start = here, initial_joints(world, here.scenario.grasp.joint_guess)
+        self.here, self.start = here, standing_joints(world, here.scenario)
         self.depths = [material.depth(2.0 * PRESSING) for material in here.materials]
         self.radius = max(material.law.radius for material in here.materials)
         self._spread = max(  # of a pressed tip

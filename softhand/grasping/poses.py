@@ -22,6 +22,7 @@ from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_world
 from softhand.errors import GraspError
 from softhand.grasping.chains import LINK, finger_chain, require_uncoupled
+from softhand.grasping.palm import standing_joints
 from softhand.grasping.verdicts import Fingers, Verdict, Verdicts, judge_poses
 from softhand.model.arm import Arm
 from softhand.model.world import World
@@ -30,7 +31,6 @@ from softhand.numerics.spatial import rotation_of
 from softhand.scenario.scenario import Scenario
 from softhand.start.answering import APEX, RIM
 from softhand.start.grasp import faces_of
-from softhand.start.reach import initial_joints
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -65,7 +65,7 @@ class Poses:
         self.names = tuple(tip.name for tip in world.tips)
         rotation = rotation_of(scenario.object.rpy)
         centres = self.start[:3] + (points + radius[:, None] * normals) @ rotation.T
-        arm, angles = Arm(world), initial_joints(world, scenario.grasp.joint_guess)
+        arm, angles = Arm(world), standing_joints(world, scenario)
         self._touch(arm, angles, centres, radius)
         sides = np.array([-(arm.tip(i)[1].T @ normal)[1:] for i, normal in enumerate(normals @ rotation.T)])
         chains = [finger_chain(world, i, angles) for i in range(world.n_tips)]

@@ -13,11 +13,11 @@ from softhand.errors import GraspError
 from softhand.grasping.chains import finger_chain
 from softhand.grasping.inverse import approach
 from softhand.grasping.materials import Material
+from softhand.grasping.palm import standing_joints
 from softhand.model.arm import REACHED
 from softhand.model.world import World, joints_of
 from softhand.numerics.arrays import Array
 from softhand.scenario.scenario import Scenario
-from softhand.start.reach import initial_joints
 
 _STARTS = 8  # of a finger that does not reach its point, after the guess
 
@@ -60,7 +60,7 @@ def find_posture(
     try:
         _, grasp = read_grasp(scenario, world)
     except GraspError as error:
-        angles = initial_joints(world, scenario.grasp.joint_guess)
+        angles = standing_joints(world, scenario)
         inward = [
             tip.law.radius - tip.depth(float(normal @ force))
             for tip, normal, force in zip(materials, normals, forces, strict=True)

@@ -83,9 +83,12 @@ class Proposal(Record):
         )
         note = f", open; least once it is closed: {least}" if grasp.opening else ", at the start"
         opening = f"opening = {_short(grasp.opening)}  # [m]\n" if grasp.opening else ""
+        if any(grasp.standoff):
+            opening += f"standoff = [{', '.join(map(_short, grasp.standoff))}]  # [m]\n"
+        reach = f'reach = "{grasp.reach}"\n' if grasp.reach != "fingers" else ""
         return (
             f"[grasp]\ncontact_points = [  # [m], object frame, one a fingertip\n{points}]\n{opening}"
-            f"internal_force = [{start}]  # [N]{note}\njoint_guess = [{guess}]  # [rad or m]\n"
+            f"internal_force = [{start}]  # [N]{note}\njoint_guess = [{guess}]  # [rad or m]\n{reach}"
         )
 
 
@@ -236,7 +239,8 @@ class _Solver:
             guess[own_columns(here.world, i)] = place.angles
         grasp = {"grasp.contact_points": points.tolist(), "grasp.joint_guess": np.round(guess, 4).tolist()}
         squeezed = (np.sign(forces) * np.ceil(1000.0 * np.abs(forces) - 1e-6) / 1000.0).tolist()
-        closed = here.scenario.with_values({**grasp, "grasp.internal_force": squeezed, "grasp.opening": 0.0})
+        held = {"grasp.internal_force": squeezed, "grasp.opening": 0.0, "grasp.standoff": (0.0, 0.0, 0.0)}
+        closed = here.scenario.with_values({**grasp, **held})
         quality = quality_in(here.world, closed)
         if not self._is_good(quality):
             return None

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -185,9 +185,13 @@ def _pose(setup: Setup, goal: Goal, start: Goal, time: float) -> Place | None:
     if goal.opening or goal.carried < 1.0 or not np.any(goal.internal_force):
         return None
     position, rpy = np.split(np.asarray(goal.coordinates), 2)
-    where: tuple[Any, ...] = (grasp.contact_points, goal.internal_force, position, rotation_of(rpy), grasp.joint_guess)
+    points, guess = grasp.contact_points, grasp.joint_guess
     try:
-        return held_pose(setup, goal, solve_grasp(setup.world, setup.fingertips, *where).state, time, _AT)
+        held = solve_grasp(
+            setup.world, setup.fingertips, points, goal.internal_force, position, rotation_of(rpy), guess,
+            reach=grasp.reach,
+        )  # fmt: skip
+        return held_pose(setup, goal, held.state, time, _AT)
     except GraspError:
         return None
 

@@ -96,6 +96,12 @@ def columns_of(tips: Sequence[Tip], index: int) -> list[int]:
     return [column for column in tips[index].columns if column not in shared]
 
 
+def shared_columns(tips: Sequence[Tip]) -> list[int]:
+    """Velocity indices of the joints that move several tips, from the base outward: those of an arm, of a wrist."""
+    every = [column for tip in tips for column in tip.columns]
+    return [column for column in dict.fromkeys(every) if every.count(column) > 1]
+
+
 def _make_names_distinct(hand: pin.Model, body: pin.Model) -> None:
     """Rename what Pinocchio could not tell apart in one model; it finds joints by names of their own."""
     flyer = next(frame for frame in body.frames if frame.type == pin.FrameType.JOINT)

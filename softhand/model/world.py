@@ -130,6 +130,12 @@ class World:
         return np.flatnonzero(np.any(self.coupled.S[columns] != 0.0, axis=0)).tolist()
 
     @property
+    def palm_joint(self) -> int:
+        """Index of the last joint that carries all tips, that of a wrist or an arm; 0 if the palm is fixed."""
+        chains = [list(self.model.supports[tip.joint]) for tip in self.tips]
+        return int(max(joint for joint in chains[0] if all(joint in chain for chain in chains)))
+
+    @property
     def nq(self) -> int:
         """Numbers of a configuration."""
         return int(self.coordinates.nq)

@@ -23,6 +23,9 @@ class Desired:
         twist_rate: its rate, shape (6,).
         opening: how far the tips shall stand off their contact points [m], below 0 to press; shape (1,).
         carried: share of the object's weight that the fingers shall carry, 0 while a table does; shape (1,).
+        standoff: of the palm from its place at the object, base frame [m], shape (3,).
+        standoff_rate: its rate [m/s], shape (3,).
+        standoff_acceleration: its second derivative [m/s^2], shape (3,).
     """
 
     coordinates: Array
@@ -33,6 +36,9 @@ class Desired:
     twist_rate: Array = field(default_factory=lambda: np.zeros(6))
     opening: Array = field(default_factory=lambda: np.zeros(1))
     carried: Array = field(default_factory=lambda: np.ones(1))
+    standoff: Array = field(default_factory=lambda: np.zeros(3))
+    standoff_rate: Array = field(default_factory=lambda: np.zeros(3))
+    standoff_acceleration: Array = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +50,7 @@ class Goal:
         internal_force: f_Nd [N], shape (pairs,).
         opening: of the tips [m].
         carried: share of the weight.
+        standoff: of the palm [m], shape (3,).
         rate: q_Od', shape (6,); None to have it told from what is asked for shortly before and after.
         acceleration: q_Od'', shape (6,); likewise.
     """
@@ -54,16 +61,17 @@ class Goal:
     carried: float = 1.0
     rate: ArrayLike | None = None
     acceleration: ArrayLike | None = None
+    standoff: ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in ("coordinates", "internal_force", "rate", "acceleration"):
+        for name in ("coordinates", "internal_force", "standoff", "rate", "acceleration"):
             value = getattr(self, name)
-            if value is not None or name in ("coordinates", "internal_force"):
+            if value is not None or name in ("coordinates", "internal_force", "standoff"):
                 numbers = as_numbers(value)
                 if numbers is None:
                     raise ValueError(f"a goal has {value!r} as {name}, which is no array of real numbers")
                 object.__setattr__(self, name, numbers.copy())
 
     def row(self) -> Array:
-        """All that references interpolate, in the order of `Desired`, shape (6 + pairs + 2,)."""
-        return np.concatenate([self.coordinates, self.internal_force, [self.opening, self.carried]])
+        """All that references interpolate, in the order of `Desired`, shape (11 + pairs,)."""
+        return np.concatenate([self.coordinates, self.internal_force, [self.opening, self.carried], self.standoff])

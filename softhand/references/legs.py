@@ -24,7 +24,7 @@ class Legs(NamedTuple):
     times: Array
     """When each begins, and the last one ends [s], shape (legs + 1,)."""
     rows: Array
-    """`Goal.row` at the begin, shape (legs, 8 + pairs)."""
+    """`Goal.row` at the begin, shape (legs, 11 + pairs)."""
     changes: Array
     """What it changes until the end, likewise."""
     rotations: Array
@@ -58,7 +58,7 @@ def follow(legs, leg, s, rate, acceleration, now, twist):
         s: share of the way.
         rate: s' [1/s].
         acceleration: s'' [1/s^2].
-        now: values, rates, accelerations in the order of `Goal.row`, set, shape (3, 8 + pairs).
+        now: values, rates, accelerations in the order of `Goal.row`, set, shape (3, 11 + pairs).
         twist: velocity and angular velocity of the object, world axes, and their rates, set, shape (2, 6).
     """
     first, change, turn = legs.rows[leg], legs.changes[leg], legs.turns[leg]

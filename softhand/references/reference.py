@@ -72,7 +72,7 @@ class Motion:
         """From two arrays and what fills them for a time [s].
 
         Args:
-            now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 8 + pairs).
+            now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 11 + pairs).
             twist: of the object, world axes, and its rate, shape (2, 6).
             move: fills both.
             phases: as the attribute.
@@ -96,11 +96,12 @@ def desired_of(now: Array, twist: Array) -> Desired:
     """The parts of both as views.
 
     Args:
-        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 8 + pairs).
+        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 11 + pairs).
         twist: of the object, world axes, and its rate, shape (2, 6).
     """
     pose, rate, acceleration = now[:, :6]
-    return Desired(pose, rate, acceleration, now[0, 6:-2], twist[0], twist[1], now[0, -2:-1], now[0, -1:])
+    opening, carried = now[0, -5:-4], now[0, -4:-3]
+    return Desired(pose, rate, acceleration, now[0, 6:-5], twist[0], twist[1], opening, carried, *now[:, -3:])
 
 
 def motion_along(

@@ -23,7 +23,7 @@ def sample(name: str, at: Callable[[float], Goal], now: Array, twist: Array) -> 
     Args:
         name: of the reference, for messages.
         at: gives the goal at a time [s].
-        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 6 + pairs + 2).
+        now: values, rates, accelerations, each in the order of `Goal.row`, shape (3, 11 + pairs).
         twist: of the object, world axes, and its rate, shape (2, 6).
 
     Raises:
@@ -52,7 +52,7 @@ def _fill(at: Callable[[float], Goal], time: float, now: Array, twist: Array) ->
     if not isinstance(goal, Goal):
         raise _Refused(f"it returned {goal!r}, but a Goal is needed")
     now[0], now[1:] = _row(goal, now), 0.0
-    if goal.rate is None or goal.acceleration is None:
+    if goal.rate is None or goal.acceleration is None or np.any(goal.standoff):
         _difference(_row(at(time - _APART), now), _row(at(time + _APART), now), now, twist)
     if goal.rate is not None:
         now[1, :6] = goal.rate
@@ -66,8 +66,9 @@ def _fill(at: Callable[[float], Goal], time: float, now: Array, twist: Array) ->
 
 def _difference(before: Array, after: Array, now: Array, twist: Array) -> None:
     """Rates from what is asked for shortly before and after; of the orientation from the turns between."""
-    twist[0, :3] = (after - before)[:3] / (2.0 * _APART)
-    twist[1, :3] = (after - 2.0 * now[0] + before)[:3] / _APART**2
+    rate, bend = (after - before) / (2.0 * _APART), (after - 2.0 * now[0] + before) / _APART**2
+    twist[0, :3], twist[1, :3] = rate[:3], bend[:3]
+    now[1, -3:], now[2, -3:] = rate[-3:], bend[-3:]
     first, middle, last = (rotation_of(row[3:6]) for row in (before, now[0], after))
     one, two = rotation_vector(first, middle), rotation_vector(middle, last)
     twist[0, 3:], twist[1, 3:] = (one + two) / (2.0 * _APART), (two - one) / _APART**2
@@ -76,8 +77,8 @@ def _difference(before: Array, after: Array, now: Array, twist: Array) -> None:
 
 
 def _row(goal: Goal, now: Array) -> Array:
-    row, pairs = goal.row(), now.shape[1] - 8
-    if row.shape != now.shape[1:] or np.size(goal.coordinates) != 6:
+    row, pairs = goal.row(), now.shape[1] - 11
+    if row.shape != now.shape[1:] or np.size(goal.coordinates) != 6 or np.size(goal.standoff) != 3:
         raise _Refused(
             f"{np.size(goal.coordinates)} coordinates and {np.size(goal.internal_force)} internal forces are asked "
             f"for; 6 and {pairs} are needed"

@@ -30,6 +30,8 @@ class Waypoint(Settings):
     """How far the tips stand off their contact points [m]; below 0 they press."""
     carried: Annotated[float, Field(ge=0, le=1)] | None = None
     """Share of the object's weight that the fingers carry [1]; the table has the rest."""
+    standoff: Vector3 | None = None
+    """Where the palm is, from its place at the object, in the base frame [m]; of a hand on an arm."""
 
 
 def passed(start: Goal, waypoints: Sequence[Waypoint]) -> list[Goal]:
@@ -39,7 +41,7 @@ def passed(start: Goal, waypoints: Sequence[Waypoint]) -> list[Goal]:
         before = goals[-1]
         position, rpy = np.split(before.coordinates, 2)
         coordinates = (*(point.object_position or position), *(point.object_rpy or rpy))
-        others = {key: getattr(point, key) for key in ("internal_force", "opening", "carried")}
+        others = {key: getattr(point, key) for key in ("internal_force", "opening", "carried", "standoff")}
         given = {key: value for key, value in others.items() if value is not None}
         goals.append(replace(before, coordinates=coordinates, **given))
     return goals

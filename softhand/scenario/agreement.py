@@ -37,6 +37,13 @@ def check_opening(grasp: GraspSection, fingertip: FingertipSection) -> None:
         ScenarioError: an internal force, or tips that never leave their face, with open fingers.
     """
     if not grasp.opening:
+        if any(grasp.standoff):
+            raise ScenarioError(
+                f"grasp.standoff: got {show(grasp.standoff)}, but a hand that holds the object at the start cannot "
+                "stand off it; set grasp.opening above 0, or remove the key.",
+                key="grasp.standoff",
+                value=grasp.standoff,
+            )
         return
     if any(grasp.internal_force):
         raise ScenarioError(

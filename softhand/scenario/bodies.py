@@ -68,6 +68,23 @@ class CouplingSection(Settings):
         return joints
 
 
+class ArmSection(Settings):
+    """The arm that carries the hand."""
+
+    urdf: str
+    """File of the arm, relative to the scenario, or package://NAME/PATH in a package of ROS or Python."""
+    link: str = ""
+    """Link of the arm that carries the hand; its end if not given."""
+    position: Vector3 = (0.0, 0.0, 0.0)
+    """Position of the hand's root link in the frame of that link [m]."""
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw of the hand's root link there [rad]."""
+    repair: Literal["balance"] | None = None
+    """As `hand.repair`, of the arm."""
+    density: Positive | None = None
+    """As `hand.density`, of the arm [kg/m^3]."""
+
+
 class HandSection(Settings):
     """The hand and its fingertips."""
 
@@ -76,11 +93,13 @@ class HandSection(Settings):
     tips: Annotated[tuple[str | PlacedTip, ...], Field(min_length=2)]
     """Of each fingertip its link or frame at the centre of the hemisphere's flat face, x out of the tip; or a table."""
     position: Vector3 = (0.0, 0.0, 0.0)
-    """Position of the root link in the base frame [m]."""
+    """Position of the root link in the base frame, on an arm that of the arm [m]."""
     rpy: Vector3 = (0.0, 0.0, 0.0)
-    """Roll, pitch, yaw of the root link [rad]."""
+    """Roll, pitch, yaw of that link [rad]."""
+    arm: ArmSection | None = None
+    """The arm that carries it; a hand without one is fixed."""
     effort_limit: Positive | None = None
-    """Largest torque of every joint [N m or N]; those of the URDF if not given."""
+    """Largest torque of every joint of the hand [N m or N]; those of the URDF if not given."""
     coupling: CouplingSection | None = None
     """Motors of joints that move together, beside the `<mimic>` of the URDF."""
     joints: JointsSection | None = None

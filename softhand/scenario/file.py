@@ -113,8 +113,8 @@ def _reason(error: Exception) -> str:
     return re.sub(r" \(at [^()]*\)$", "", str(error))
 
 
-_PATHS = {"hand": "urdf", "object": "urdf", "controller": "gain_file"}
-"""Sections with a key that is the path of a file."""
+_PATHS = ("hand.urdf", "hand.arm.urdf", "object.urdf", "controller.gain_file")
+"""Keys that are the path of a file."""
 
 
 def _absolute(urdf: Any, folder: Path) -> Any:
@@ -125,13 +125,17 @@ def _absolute(urdf: Any, folder: Path) -> Any:
 
 
 def with_absolute_paths(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The tables with the paths of hand, object and gains taken as relative to a folder."""
-    changed = dict(table)
-    for name, key in _PATHS.items():
-        section = table.get(name)
-        if isinstance(section, Mapping) and key in section:
-            changed[name] = {**section, key: _absolute(section[key], folder)}
-    return changed
+    """The tables with the paths of hand, arm, object and gains taken as relative to a folder."""
+    return {name: _with_absolute(name, value, folder) for name, value in table.items()}
+
+
+def _with_absolute(key: str, value: Any, folder: Path) -> Any:
+    """The value of a dotted key, or a table of such keys."""
+    if key in _PATHS:
+        return _absolute(value, folder)
+    if isinstance(value, Mapping) and any(path.startswith(f"{key}.") for path in _PATHS):
+        return {name: _with_absolute(f"{key}.{name}", inner, folder) for name, inner in value.items()}
+    return value
 
 
 def overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -147,13 +151,7 @@ def overridden(table: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[s
             if not isinstance(place, dict):
                 path = ".".join(parents[:depth])
                 raise ScenarioError(f"{path}: got {show(place)}, but {key} needs a table there.", key=path, value=place)
-        place[last] = frozen(_absolute_value(key, value))
+        place[last] = frozen(_with_absolute(key, value, Path.cwd()))
         if value is None:
             del place[last]
     return changed
-
-
-def _absolute_value(key: str, value: Any) -> Any:
-    if key in {f"{name}.{path}" for name, path in _PATHS.items()}:
-        return _absolute(value, Path.cwd())
-    return with_absolute_paths({key: value}, Path.cwd())[key] if key in _PATHS else value

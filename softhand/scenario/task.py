@@ -24,8 +24,13 @@ class GraspSection(Settings):
     """Internal force at the start [N], one number a pair of fingertips; positive squeezes; 0 with open fingers."""
     opening: NonNegative = 0.0
     """How far off its contact point each tip starts, along the outward normal [m]; 0 is in the grasp."""
+    standoff: Vector3 = (0.0, 0.0, 0.0)
+    """Where the open hand starts, from its place at the object, in the base frame [m]; of a hand on an arm."""
     joint_guess: Vector | None = None
     """Where the inverse kinematics starts [rad or m], one number a joint; amid the limits if not given."""
+    reach: Literal["fingers", "all"] = "fingers"
+    """`fingers`: joints that move several tips, of a wrist or an arm, stay at `joint_guess`; `all`: they bring the palm
+    to where the fingers are as near to it as they can."""
 
 
 class ControllerSection(OpenSettings):

@@ -27,13 +27,16 @@ def describe_joints(body, q, v, joints):
 
 @compiled
 def copy_desired(desired, asked):
-    """q_Od and its rates, f_Nd, opening and share of the weight."""
+    """q_Od and its rates, f_Nd, opening, share of the weight, standoff."""
     for k in range(6):
         asked.object_coordinates_desired[k] = desired.coordinates[k]
         asked.object_coordinates_rate_desired[k] = desired.coordinates_rate[k]
         asked.object_coordinates_acceleration_desired[k] = desired.coordinates_acceleration[k]
         asked.object_twist_desired[k] = desired.twist[k]
         asked.object_twist_rate_desired[k] = desired.twist_rate[k]
+    for k in range(3):
+        asked.standoff_desired[k], asked.standoff_rate_desired[k] = desired.standoff[k], desired.standoff_rate[k]
+        asked.standoff_acceleration_desired[k] = desired.standoff_acceleration[k]
     for k in range(desired.internal_force.shape[0]):
         asked.internal_force_desired[k] = desired.internal_force[k]
     asked.opening_desired[0], asked.carried_desired[0] = desired.opening[0], desired.carried[0]

@@ -99,6 +99,9 @@ class Asked(NamedTuple):
     internal_force_desired: Array
     opening_desired: Array
     carried_desired: Array
+    standoff_desired: Array
+    standoff_rate_desired: Array
+    standoff_acceleration_desired: Array
 
 
 GROUPS = (Joints, Object, Tips, Contacts, Jacobians, Supports, Internal, Asked)

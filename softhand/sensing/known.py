@@ -29,6 +29,10 @@ class Known:
     object_lever: Array
     gravity: Array
     rigid: RigidTerms
+    palm_joint: int
+    """As in `World`."""
+    palm_columns: NDArray[np.int64]
+    """Joints or motors that move the palm, from the base outward."""
 
     @classmethod
     def of(cls, plant: Plant, pairs: int) -> Known:
@@ -45,7 +49,11 @@ class Known:
             np.array(inertia.lever),
             np.array(world.gravity),
             plant.rigid,
+            world.palm_joint,
+            np.array(world.columns_of(world.palm_joint), dtype=np.int64),
         )
-        for array in (known.effort_limit, known.is_continuous, known.object_lever, known.gravity):
+        for array in (
+            known.effort_limit, known.is_continuous, known.object_lever, known.gravity, known.palm_columns,
+        ):  # fmt: skip
             array.flags.writeable = False
         return known

@@ -145,6 +145,12 @@ class Observation:
     """How far the tips shall stand off [m], shape (1,)."""
     carried_desired: Array
     """Share of the object's weight that the fingers shall carry, shape (1,)."""
+    standoff_desired: Array
+    """Where the palm shall be, from its place at the object, world axes [m], shape (3,)."""
+    standoff_rate_desired: Array
+    """Its rate [m/s], shape (3,)."""
+    standoff_acceleration_desired: Array
+    """Its second derivative [m/s^2], shape (3,)."""
 
     def __init__(self, known: Known, block: Array, time: float = 0.0, is_live: bool = False) -> None:
         views = fields(block, known.sizes)
@@ -163,6 +169,9 @@ class Observation:
             self.object_twist_rate_desired,
             self.opening_desired,
             self.carried_desired,
+            self.standoff_desired,
+            self.standoff_rate_desired,
+            self.standoff_acceleration_desired,
         )
 
     block: Array
@@ -212,6 +221,8 @@ class Observation:
         self.internal_force_desired = desired.internal_force
         self.object_twist_desired, self.object_twist_rate_desired = desired.twist, desired.twist_rate
         self.opening_desired, self.carried_desired = desired.opening, desired.carried
+        self.standoff_desired, self.standoff_rate_desired = desired.standoff, desired.standoff_rate
+        self.standoff_acceleration_desired = desired.standoff_acceleration
 
     if TYPE_CHECKING:
         # the letters of the paper; `__getattr__` is not told to editors, or they take any name for a field

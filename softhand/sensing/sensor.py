@@ -88,6 +88,9 @@ class Wanted(NamedTuple):
     twist_rate: Array
     opening: Array
     carried: Array
+    standoff: Array
+    standoff_rate: Array
+    standoff_acceleration: Array
 
     @classmethod
     def of(cls, desired: Desired) -> Wanted:

@@ -156,7 +156,10 @@ def out_of_range(time: NDArray[np.float64], dr: NDArray[np.float64], Phi: NDArra
     for i, (tip, fingertip) in enumerate(zip(plant.world.tips, plant.fingertips, strict=True)):
         law = fingertip.law
         lowest, highest = law.Phi_range
-        depth, angle = dr[:, i] / law.radius, np.degrees(Phi[:, i])
+        touches = dr[:, i] > 0.0
+        if not touches.any():
+            continue
+        when, depth, angle = time[touches], dr[touches, i] / law.radius, np.degrees(Phi[touches, i])
         for beyond, worst, limit in (
             (depth > law.deepest, f"dr = {np.max(depth):.2f} r", f"dr = {law.deepest:g} r"),
             (angle > highest, f"Phi = {np.max(angle):.1f} deg", f"Phi = {highest:g} deg"),
@@ -164,7 +167,7 @@ def out_of_range(time: NDArray[np.float64], dr: NDArray[np.float64], Phi: NDArra
         ):
             if beyond.any():
                 found.append(
-                    f"{tip.name} goes to {worst}, beyond {limit} at t = {time[np.argmax(beyond)]:.3g} s, where the law "
+                    f"{tip.name} goes to {worst}, beyond {limit} at t = {when[np.argmax(beyond)]:.3g} s, where the law "
                     f"'{type(law).__name__}' is no longer meant to hold."
                 )
     return " ".join(found)

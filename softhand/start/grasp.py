@@ -13,12 +13,13 @@ from softhand.contact.pads import Fingertip, memory_size
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
+from softhand.model.joined import shared_columns
 from softhand.model.shapes.face import Face
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
-from softhand.start.reach import initial_joints, millimetres
+from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
 from softhand.start.together import settle_together
@@ -80,6 +81,7 @@ def solve_grasp(
     rotation: Array,
     joint_guess: ArrayLike | None = None,
     known: Mapping[Law, CompiledLaw] | None = None,
+    reach: Reach = "fingers",
 ) -> Grasp:
     """Joint angles and deformations in equilibrium with gravity, without stored torsion.
 
@@ -95,9 +97,10 @@ def solve_grasp(
         rotation: axes of the object frame in the world, shape (3, 3).
         joint_guess: where the inverse kinematics starts [rad], shape (n,); the middle of the joint limits if None.
             With coupled joints these are of the motors, and points and object may be moved, see `settle_together`.
-            Joints that move several tips (a wrist) stay there; a finger of more than three joints stays as near as
-            it can, each joint measured by its range.
+            A finger of more than three joints stays as near as it can, each joint measured by its range.
         known: laws that are compiled, to be quick.
+        reach: `fingers`: joints that move several tips, those of a wrist or an arm, stay at the guess; `all`: they move
+            so that the fingers are as near to the guess as they can, see `reach_together`.
 
     Raises:
         GraspError: out of reach, a pulling contact, friction use above 1, Phi at the rim or the apex, a joint or a
@@ -125,6 +128,8 @@ def solve_grasp(
         angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
         points = list(position + found.points @ rotation.T)
     else:
+        if reach == "all" and shared_columns(world.tips):
+            place_palm(arm, fingertips, points, rotation, angles)
         for i, fingertip in enumerate(fingertips):
             frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
             settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled[i])

@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 from softhand.contact.pads import Fingertip, Support
 from softhand.errors import GraspError
 from softhand.model.arm import Arm
+from softhand.model.joined import shared_columns
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.start.grasp import Grasp
-from softhand.start.reach import initial_joints, reach_point
+from softhand.start.reach import Reach, initial_joints, place_palm, reach_point
 from softhand.start.rest import Rest, resting_pose
 from softhand.start.statics import check_torques
 from softhand.start.together import open_together
@@ -33,10 +34,12 @@ def solve_open_start(
     rotation: ArrayLike,
     supports: Sequence[Support] = (),
     joint_guess: ArrayLike | None = None,
+    reach: Reach = "fingers",
+    standoff: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Grasp:
     """Joint angles that put each tip before its contact point, along the outward normal n of its face.
 
-        p_F = p + (r + opening) n
+        p_F = p + (r + opening) n + standoff
 
     The contact points must be in reach as well. With coupled joints the tips stand as `open_together` puts them. The
     object is moved to where it rests, see `resting_pose`.
@@ -50,22 +53,25 @@ def solve_open_start(
         rotation: axes of the object frame in the world, shape (3, 3).
         supports: whatever else may touch; a table and palms carry the object.
         joint_guess: as in `solve_grasp`.
+        reach: likewise.
+        standoff: of the whole hand from there, in the world [m], shape (3,).
 
     Raises:
         GraspError: a contact point or the place before it is out of reach, gravity asks for more torque than there
             is, or the object does not rest there. Names the finger or the joint and the figure.
     """
     guess, arm, nc = initial_joints(world, joint_guess), Arm(world), world.n_tips
+    away = np.asarray(standoff, dtype=float)
     plant, angles = Plant(world, fingertips, supports), guess.copy()
     about = np.asarray(position, dtype=float), np.asarray(rotation, dtype=float)
     pose = _rest(plant, arm, angles, about)
     for _ in range(_ROUNDS):
         angles[:] = guess
         if world.coupling is not None:
-            open_together(arm, fingertips, contact_points, opening, pose.position, pose.rotation, angles)
+            open_together(arm, fingertips, contact_points, opening, pose.position + away, pose.rotation, angles)
         else:
-            for i, (fingertip, point) in enumerate(zip(fingertips, contact_points, strict=True)):
-                _open_finger(arm, i, fingertip, point, opening, pose, angles, guess)
+            points = [pose.position + pose.rotation @ np.asarray(point, dtype=float) for point in contact_points]
+            _open_fingers(arm, fingertips, points, opening, pose.rotation, angles, guess, reach == "all", away)
         last, pose = pose, _rest(plant, arm, angles, about)
         if max(np.max(np.abs(now - before)) for now, before in zip(pose[:2], last[:2], strict=True)) <= _STILL:
             break
@@ -93,11 +99,21 @@ def _rest(plant: Plant, arm: Arm, angles: Array, about: tuple[Array, Array]) -> 
     return resting_pose(plant, q)
 
 
-def _open_finger(
-    arm: Arm, i: int, fingertip: Fingertip, point: ArrayLike, opening: float, pose: Rest, angles: Array, guess: Array
-) -> None:
-    """Put one tip before its contact point; sets its joints in `angles`."""
-    touched = pose.position + pose.rotation @ np.asarray(point, dtype=float)
-    normal = pose.rotation @ fingertip.face.normal
-    for gap, place in ((0.0, "the contact point"), (opening, f"the start {1e3 * opening:.3g} mm before its face")):
-        reach_point(arm, i, touched + (fingertip.law.radius + gap) * normal, angles, guess, place)
+def _open_fingers(
+    arm: Arm, fingertips: Sequence[Fingertip], points: Sequence[Array], opening: float, rotation: Array, angles: Array,
+    guess: Array, with_palm: bool, away: Array,
+) -> None:  # fmt: skip
+    """Put the tips before their contact points, with the palm where it would be if they touched; sets the angles."""
+    with_palm = with_palm and bool(shared_columns(arm.world.tips))
+    outward = [rotation @ tip.face.normal for tip in fingertips]
+    radii, nowhere, wish = [tip.law.radius for tip in fingertips], np.zeros(3), guess
+    if with_palm:
+        place_palm(arm, fingertips, points, rotation, angles)
+        wish = angles.copy()
+    start = f"the start {1e3 * opening:.3g} mm before its face"
+    ways = [(0.0, nowhere, "the contact point"), (opening, nowhere if with_palm else away, start)]
+    for gap, way, place in ways:
+        for i, (point, radius, normal) in enumerate(zip(points, radii, outward, strict=True)):
+            reach_point(arm, i, point + (radius + gap) * normal + way, angles, wish, place)
+    if with_palm and away.any():
+        place_palm(arm, fingertips, [point + away for point in points], rotation, angles, opening, "the standoff")

@@ -82,7 +82,7 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
         recording.labels["contact"],
         radii_of(recording),
         scenario.vector("gravity") or Cast.gravity,
-        None if table is None else (table, recording.object_position[0]),
+        None if table is None else (table, recording.object_position),
         scenario.vector("object", "ellipsoid"),
         recording.labels.get("support", ()),
         slip_hold if _can_slip(recording, scenario) else None,

@@ -53,7 +53,7 @@ class Cast:
         tips: names of the tip frames.
         radii: of the undeformed tips [m].
         gravity: in the world [m/s^2]; without any, z is up.
-        table: the table under the object, if any, and a point over which its middle lies [m], shape (3,).
+        table: the table, if any, and where the object is that it is under, as `Table` [m].
         ellipsoid: semi-axes, if the object is one in the place of what its URDF says [m].
         supports: names of the supports.
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.

@@ -10,7 +10,7 @@ from softhand.numerics.arrays import Array
 from softhand.viewer.scene.item import Part, Update, item
 from softhand.viewer.scene.moment import Moment, Past
 from softhand.viewer.scene.palette import TABLE, darker
-from softhand.viewer.scene.poses import along, pose
+from softhand.viewer.scene.poses import along, axes_along, pose
 from softhand.viewer.scene.shapes.edges import feature_edges
 from softhand.viewer.scene.shapes.mesh import moved
 from softhand.viewer.scene.shapes.solids import box
@@ -28,12 +28,21 @@ class Plane(NamedTuple):
 
 
 class Table(Part):
-    """A slab under the object, as large as the picture needs; the table itself has no end."""
+    """A slab under the object, as large as the picture needs; the table itself has no end.
+
+    Args:
+        plane: of the table.
+        under: what it is under [m], shape (3,), or the places where that goes, shape (n, 3).
+        unit: length by which things are drawn [m].
+    """
 
     def __init__(self, plane: Plane, under: Array, unit: float) -> None:
-        thick, side = 0.6 * unit, _SIDE * unit
-        self._pose = along(plane.normal, under - (plane.normal @ under - plane.height) * plane.normal)
-        slab = moved(box((side, side, thick)), pose(np.eye(3), (0.0, 0.0, -0.5 * thick)))
+        thick, axes = 0.6 * unit, axes_along(plane.normal)
+        places = np.atleast_2d(under) @ axes
+        low, high = places.min(axis=0), places.max(axis=0)
+        self._pose = along(plane.normal, axes @ [*(0.5 * (low + high))[:2], plane.height])
+        size = (*(high - low)[:2] + _SIDE * unit, thick)
+        slab = moved(box(size), pose(np.eye(3), (0.0, 0.0, -0.5 * thick)))
         self.items = [
             item("table/slab", slab, TABLE, opacity=0.55),
             item("table/edges", feature_edges(slab, 0.05 * unit), darker(TABLE)),
