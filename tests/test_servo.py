@@ -14,6 +14,7 @@ from softhand import Controller, build, load_scenario, rollout
 from softhand.checks.scenario import check_scenario
 from softhand.errors import ScenarioError
 from softhand.numerics.spatial import rotation_of
+from softhand.plant.state import State
 from softhand.simulation.actuation import Actuation, act, drive_of
 from softhand.simulation.servo import Servos
 from softhand.steppers.midpoint import Midpoint
@@ -265,6 +266,27 @@ def test_a_motor_that_would_chatter_is_told() -> None:
         driven.run(PERIOD)
         steady.append(abs(driven.finger.v[0] - before) < 0.1)
     assert steady == [True, False]
+
+
+def test_a_linear_model_has_rotors_damping_and_stops() -> None:
+    """One column of A, the velocity of a joint, beside differences of the run itself."""
+    joints = {"armature": 1e-4, "damping": 0.02, "stop_stiffness": 5.0, "stop_damping": 0.2}
+    scenario = load_scenario("target-a", {"hand.joints": joints, "duration": 0.01})
+    simulation = build(scenario)
+    simulation.sample()
+    torque, start, nv, move = simulation.torque.copy(), simulation.save(), len(simulation.state.v), 1e-5
+
+    def end(change: float) -> Any:
+        v = start.v.copy()
+        v[1] += change
+        simulation.reset(State(start.q, v, start.z))
+        simulation.step(torque)
+        return simulation.state.v.copy()
+
+    expected = (end(move) - end(-move)) / (2.0 * move)
+    found = softhand.linearize(scenario).A[nv : 2 * nv, nv + 1]
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6)
+    assert expected[1] < 0.95
 
 
 NO_SERVO = {"actuation": None, "controller.period": 0.001}

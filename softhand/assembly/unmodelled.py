@@ -11,10 +11,9 @@ from softhand.errors import ScenarioError
 from softhand.model.joint_mechanics import JointMechanics
 from softhand.simulation.actuation import Actuation
 
-Part: TypeAlias = Literal["armature", "damping", "friction", "stop_stiffness"]
+Part: TypeAlias = Literal["damping", "friction", "stop_stiffness"]
 
 _WHY = {
-    "armature": "rotors of the joints",
     "damping": "damping of the joints",
     "friction": "dry friction of the joints, which holds them or brakes them and has no slope between",
     "stop_stiffness": "stops of the joints",

@@ -139,7 +139,7 @@ class _Work:
         self.variations = Variations(base, given or controller, law)
         self.setup = self.variations.setup
         mechanics, drives = self.setup.world.mechanics, self.setup.actuation
-        must_model("A gradient", mechanics, drives, ("armature", "damping", "friction", "stop_stiffness"))
+        must_model("A gradient", mechanics, drives, ("damping", "friction", "stop_stiffness"))
         if drives is not None:
             raise ScenarioError(
                 "hand.joints.velocity_limit: a gradient is that of a run with ideal drives; leave the limit out.",
