@@ -30,7 +30,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from energy import ring, task_with  # noqa: E402
 from hands import STEPPERS  # noqa: E402
 
-COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A50026")
+COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A50026", "#7A7A7A")
 DEPTH = 0.0023  # [m], of a grasp of the reference hand
 STEP = 1e-6  # [m]
 TIME_STEPS = (1e-3, 5e-4, 2.5e-4, 1.25e-4)  # [s]

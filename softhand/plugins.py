@@ -32,6 +32,7 @@ SHIPPED: dict[str, dict[str, str]] = {
     "laws": {
         "nakashima": "softhand.laws.nakashima:Nakashima",
         "conservative": "softhand.laws.conservative:Conservative",
+        "hemisphere": "softhand.laws.hemisphere:Hemisphere",
         "radial": "softhand.laws.radial:Radial",
         "parallel-distributed": "softhand.laws.parallel_distributed:ParallelDistributed",
         "planar": "softhand.laws.planar:Planar",
