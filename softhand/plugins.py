@@ -36,6 +36,7 @@ SHIPPED: dict[str, dict[str, str]] = {
         "radial": "softhand.laws.radial:Radial",
         "parallel-distributed": "softhand.laws.parallel_distributed:ParallelDistributed",
         "planar": "softhand.laws.planar:Planar",
+        "tabulated": "softhand.laws.tabulated:Tabulated",
         "hertz": "softhand.laws.hertz:Hertz",
         "power": "softhand.laws.power:Power",
         "point": "softhand.laws.point:Point",

@@ -15,5 +15,6 @@ if TYPE_CHECKING:  # for editors
     from softhand.laws.point import Point as Point
     from softhand.laws.power import Power as Power
     from softhand.laws.radial import Radial as Radial
+    from softhand.laws.tabulated import Tabulated as Tabulated
 else:
     __getattr__, __dir__ = attributes("laws")

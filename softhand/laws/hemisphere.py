@@ -12,7 +12,7 @@ from softhand.settings.settings import Positive
 
 PRESSED, TWISTED, SQUEEZED = 0.9, -0.65, 4.0
 """Numbers of finite elements, see `Hemisphere`."""
-_THIN = 0.04  # of the radius, below which the shear lets go
+_THIN = 0.025  # of the radius, below which the shear lets go
 
 
 class Hemisphere(Law):
@@ -26,7 +26,7 @@ class Hemisphere(Law):
     disc of radius sqrt(r d) of Mindlin and of Reissner and Sagoci on a half-space [F]. The second part of 1 / k_t is
     the tip behind the disc: slices in series, which have no pole at the apex [Q]. b and c are those of finite elements
     of a neo-Hookean body, nu from 0.1 to 0.5, d up to 0.4 r: the base keeps the sides from giving way [Q]. Below
-    d = 0.08 r the shear fades, so that it vanishes with the contact (ours). Where the tip leans makes no difference.
+    d = 0.05 r the shear fades, so that it vanishes with the contact (ours). Where the tip leans makes no difference.
     The default G gives the reference tip's force at d = 2.3 mm.
     """
 

@@ -12,6 +12,7 @@ from softhand.laws.planar import Planar
 from softhand.laws.point import Point
 from softhand.laws.power import Power
 from softhand.laws.radial import Radial
+from softhand.laws.tabulated import Tabulated
 from softhand.validation.rigs import RADIUS
 
 LAWS: tuple[Law, ...] = (
@@ -22,6 +23,7 @@ LAWS: tuple[Law, ...] = (
     Nakashima(radius=RADIUS, k_r=0.377e6, k_phi=0.166e6, k_theta=0.0266e9, k_psi=0.0488e9),
     Conservative(radius=RADIUS),
     Hemisphere(radius=RADIUS),
+    Tabulated(radius=RADIUS),
     Planar(radius=RADIUS),
     Point(radius=RADIUS),
 )
