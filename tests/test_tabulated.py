@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hands import Array, numerical_jacobian
 
-from softhand.errors import ScenarioError
+from softhand.errors import MeasurementError, ScenarioError
 from softhand.laws.hemisphere import Hemisphere
 from softhand.laws.law import compile_law
 from softhand.laws.smooth_table import COEFFICIENTS, curve, fit, spline, work
@@ -104,6 +104,15 @@ def test_a_curve_begins_at_nothing() -> None:
     """0 at depth 0, whether it must grow or not."""
     for grows in (True, False):
         assert curve(fit((0.1, 0.2, 0.4), (1.0, 1.5, 2.0), grows), np.array([0.0]))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_table_is_not_fitted() -> None:
+    """It has no coefficients; the command that takes rows as they are is named."""
+    from softhand.identification.identify import identify
+    from softhand.identification.record import EXAMPLE
+
+    with pytest.raises(MeasurementError, match=r"Tabulated is a table .* softhand material --table"):
+        identify([EXAMPLE], law="tabulated", compare=False)
 
 
 TABLES: list[tuple[dict[str, Any], str]] = [
