@@ -91,6 +91,10 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.margins.modes import Mode as Mode
     from softhand.margins.stability import Stability as Stability
     from softhand.margins.stability import stability as stability
+    from softhand.material.modulus import Material as Material
+    from softhand.material.modulus import material_of as material_of
+    from softhand.material.tip import MaterialTip as MaterialTip
+    from softhand.material.tip import material_tip as material_tip
     from softhand.plant.plant import Plant as Plant
     from softhand.plant.state import State as State
     from softhand.plots.run import draw_run as draw_run
@@ -184,6 +188,8 @@ _HOMES = {
     "sensing.observation": ("Observation",),
     "simulation.pushes": ("Push",),
     "simulation.simulation": ("Simulation",),
+    "material.modulus": ("Material", "material_of"),
+    "material.tip": ("MaterialTip", "material_tip"),
     "plant.plant": ("Plant",),
     "references.reference": ("Reference",),
     "steppers.stepper": ("Integration", "Stepper"),

@@ -32,9 +32,11 @@ SHIPPED: dict[str, dict[str, str]] = {
     "laws": {
         "nakashima": "softhand.laws.nakashima:Nakashima",
         "conservative": "softhand.laws.conservative:Conservative",
+        "hemisphere": "softhand.laws.hemisphere:Hemisphere",
         "radial": "softhand.laws.radial:Radial",
         "parallel-distributed": "softhand.laws.parallel_distributed:ParallelDistributed",
         "planar": "softhand.laws.planar:Planar",
+        "tabulated": "softhand.laws.tabulated:Tabulated",
         "hertz": "softhand.laws.hertz:Hertz",
         "power": "softhand.laws.power:Power",
         "point": "softhand.laws.point:Point",

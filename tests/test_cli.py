@@ -153,13 +153,13 @@ SHARED = {
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
-    "plot report film export energy lyapunov",
+    "plot report film export energy lyapunov material",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
     "list plot view report film export energy lyapunov",
     "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
-    "validate energy lyapunov list hands",
+    "validate energy lyapunov list hands material",
     "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
-    "identify validate new plot view report film export energy lyapunov",
+    "identify validate new plot view report film export energy lyapunov material",
 }
 """Options and the commands that have them."""
 

@@ -27,6 +27,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     hands,
     identify,
     lyapunov,
+    material,
     names,
     new,
     plot,

@@ -15,7 +15,7 @@ import numpy as np
 from softhand.laws.law import LEADING
 from softhand.model.shapes.shape import RESULTS
 
-MAX_LAW_PARAMETERS = 16
+MAX_LAW_PARAMETERS = 64
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 

@@ -11,6 +11,7 @@ from softhand.errors import MeasurementError
 from softhand.identification.comparison import Score, compare_laws
 from softhand.identification.files.lengths import read_length
 from softhand.identification.fit import Fit, fit_law
+from softhand.identification.fitting.coefficients import has_coefficients
 from softhand.identification.measurements import read_measurements
 from softhand.identification.record import Measurements
 from softhand.identification.report import coefficient_rows, scatter_rows, score_rows, toml_snippet
@@ -140,7 +141,8 @@ def _compare(
     fit: Fit, name: str, fixed: Mapping[str, float], progress: Callable[[float], None] | None
 ) -> tuple[tuple[Score, ...], str]:
     """Scores of all laws, and why there are none."""
-    laws = {other: find_plugin("laws", other, "laws") for other in plugin_names("laws")}
+    every = {other: find_plugin("laws", other, "laws") for other in plugin_names("laws")}
+    laws = {other: law_class for other, law_class in every.items() if has_coefficients(law_class)}
     laws[name] = fit.law_class
     try:
         return tuple(compare_laws(fit.measurements, laws, fit.radius, {name: fixed}, progress=progress)), ""

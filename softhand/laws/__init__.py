@@ -6,6 +6,7 @@ from softhand.plugins import attributes
 
 if TYPE_CHECKING:  # for editors
     from softhand.laws.conservative import Conservative as Conservative
+    from softhand.laws.hemisphere import Hemisphere as Hemisphere
     from softhand.laws.hertz import Hertz as Hertz
     from softhand.laws.law import Law as Law
     from softhand.laws.nakashima import Nakashima as Nakashima
@@ -14,5 +15,6 @@ if TYPE_CHECKING:  # for editors
     from softhand.laws.point import Point as Point
     from softhand.laws.power import Power as Power
     from softhand.laws.radial import Radial as Radial
+    from softhand.laws.tabulated import Tabulated as Tabulated
 else:
     __getattr__, __dir__ = attributes("laws")

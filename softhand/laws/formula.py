@@ -42,7 +42,7 @@ def check_formulas(law: Law, leading: tuple[str, ...]) -> None:
         if formula is None:
             continue
         if (type(law), formula) not in _checked:
-            _check_arguments(law, formula, (*leading, *dict(law)))
+            _check_arguments(law, formula, (*leading, *law.parameter_names()))
             _check_names(law, formula)
             check_formulas_end(type(law).__name__, [formula], first_cases(law))
             if not _has_loop(formula):
@@ -109,9 +109,11 @@ def _formula(law: Law, name: str) -> Callable[..., Any] | None:
 
 
 def _numbers(law: Law) -> list[float]:
+    own = law.parameter_names()
     for name, value in dict(law).items():
         try:
-            float(value)
+            if name in own:
+                float(value)
         except (TypeError, ValueError) as error:
             raise _refused(
                 law, _formula(law, "force"), f"its field {name} is {value!r}; a formula is compiled for numbers alone"

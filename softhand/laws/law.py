@@ -62,7 +62,8 @@ class Law(Settings):
     axes of the face, of length cos Phi. Returns f_n [N], which pushes the object away from the tip, f_1, f_2 [N] and
     tau [N m]; each has the sign of its displacement.
 
-    Then the fields of the law in the order of their declaration, `radius` first."""
+    Then the fields of the law in the order of their declaration, `radius` first, or what `parameters` has in their
+    place."""
 
     torsion_share: ClassVar[float | None] = None
     """kappa of the largest torsion kappa mu f_z a, a = sqrt(r dr) as in a half-space: mean distance of the pressure
@@ -88,8 +89,13 @@ class Law(Settings):
     """Angles Phi [deg] for which the law is meant to hold; likewise."""
 
     def parameters(self) -> NDArray[np.float64]:
-        """The fields in the order in which `force` takes them."""
+        """What `force` takes behind the deformation: the fields in their order, where a law says nothing else."""
         return np.array([float(value) for value in self.__dict__.values()])
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """Of what `parameters` gives, `radius` first."""
+        return tuple(cls.model_fields)
 
     def arguments(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
         """What `force`, `stiffness` and `energy` take, at one deformation; as `__call__`."""

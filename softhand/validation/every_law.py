@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from softhand.laws.conservative import Conservative
+from softhand.laws.hemisphere import Hemisphere
 from softhand.laws.hertz import Hertz
 from softhand.laws.law import Law
 from softhand.laws.nakashima import Nakashima
@@ -11,6 +12,7 @@ from softhand.laws.planar import Planar
 from softhand.laws.point import Point
 from softhand.laws.power import Power
 from softhand.laws.radial import Radial
+from softhand.laws.tabulated import Tabulated
 from softhand.validation.rigs import RADIUS
 
 LAWS: tuple[Law, ...] = (
@@ -20,6 +22,8 @@ LAWS: tuple[Law, ...] = (
     ParallelDistributed(radius=RADIUS),
     Nakashima(radius=RADIUS, k_r=0.377e6, k_phi=0.166e6, k_theta=0.0266e9, k_psi=0.0488e9),
     Conservative(radius=RADIUS),
+    Hemisphere(radius=RADIUS),
+    Tabulated(radius=RADIUS),
     Planar(radius=RADIUS),
     Point(radius=RADIUS),
 )

@@ -65,6 +65,11 @@ def coefficients_of(law_class: type[Law]) -> list[Coefficient]:
     return found
 
 
+def has_coefficients(law_class: type[Law]) -> bool:
+    """Whether what its formula takes are its fields, so that they can be fitted; those of a table are not."""
+    return law_class.parameter_names() == tuple(law_class.model_fields)
+
+
 def offset_of(radius: float) -> Coefficient:
     """The offset of dr as a coefficient."""
     reach = _LARGEST_OFFSET * radius
@@ -77,6 +82,12 @@ def check_fixed(law_class: type[Law], fixed: Mapping[str, object]) -> dict[str, 
     Raises:
         MeasurementError: no field of the law, a value that it does not take, or a field without a value.
     """
+    if not has_coefficients(law_class):
+        raise MeasurementError(
+            f"{law_class.__name__} is a table and has no coefficients to be fitted; softhand material --table takes "
+            "measured rows as they are.",
+            column="law", value=law_class.__name__,
+        )  # fmt: skip
     known = {coefficient.name: coefficient for coefficient in coefficients_of(law_class)}
     fields = law_class.model_fields
     for name, value in fixed.items():
