@@ -18,6 +18,7 @@ from softhand.assistant.search import Found, find_oppositions
 from softhand.assistant.tips import FoundTip, arm_motors, find_tips
 from softhand.assistant.trial import Bench, Trial
 from softhand.errors import GraspError, ModelError
+from softhand.grasping.quality import GraspQuality
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.numerics.record import Record
 from softhand.scenario.blank import read_hand
@@ -75,6 +76,7 @@ class NewScenario(Record):
         position_error: of the object after 2 s, in which it was pushed by a fifth of its weight [mm].
         orientation_error: likewise [deg].
         tried: oppositions of fingertips that were tried, and grasps.
+        quality: of its grasp.
     """
 
     units: ClassVar = {
@@ -82,7 +84,7 @@ class NewScenario(Record):
         "margin": "N/N", "friction_use": "1", "torque_use": "1", "period": "s", "growth": "1/s",
         "position_error": "mm", "orientation_error": "deg",
     }  # fmt: skip
-    unreported: ClassVar = frozenset({"scenario", "text", "object_text"})
+    unreported: ClassVar = frozenset({"scenario", "text", "object_text", "quality"})
 
     scenario: Scenario
     text: str
@@ -106,6 +108,7 @@ class NewScenario(Record):
     position_error: float
     orientation_error: float
     tried: tuple[int, int]
+    quality: GraspQuality
 
     def rows(self) -> list[tuple[str, str]]:
         """Label and value of each line of the table."""
@@ -310,4 +313,5 @@ def _result(
         position_error=summary.position_error,
         orientation_error=summary.orientation_error,
         tried=(found.tried, count),
+        quality=quality,
     )

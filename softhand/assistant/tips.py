@@ -11,13 +11,12 @@ import pinocchio as pin
 
 from softhand.assistant.fingers import Fingers, TipOnBody
 from softhand.errors import ModelError
-from softhand.model.urdf.ends import FingerEnd, end_of, find_ends
+from softhand.model.urdf.ends import FingerEnd, end_of, find_ends, rpy_to
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 
 _SHORT = 0.6  # of the longest finger, below which an end is that of a bar and no fingertip
 _ONE_WAY = 0.05  # smallest over largest singular value of what the motors do to a tip that can go one way only
-_SAME = 1e-3
 
 
 class FoundTip(NamedTuple):
@@ -183,17 +182,8 @@ def _tip(hand: Urdf, end: FingerEnd, plain: TipOnBody, closing: Array | None) ->
         why += ", at its last frame"
     centre = np.round(centre, 5) + 0.0
     radius = round(radius, 4)
-    rpy = _rpy_to(out)
+    rpy = rpy_to(out)
     return FoundTip(name, end.link, TipOnBody(plain.joint, centre, _x_of(rpy), radius), rpy, False, why)
-
-
-def _rpy_to(out: Array) -> tuple[float, float, float]:
-    """Roll, pitch, yaw whose x axis points along a unit vector."""
-    if abs(out[0] - 1.0) < 1e-12:
-        return 0.0, 0.0, 0.0
-    pitch = -math.asin(float(np.clip(out[2], -1.0, 1.0)))
-    yaw = math.atan2(out[1], out[0]) if math.hypot(out[0], out[1]) > _SAME else 0.0
-    return 0.0, round(pitch, 4) + 0.0, round(yaw, 4) + 0.0
 
 
 def _x_of(rpy: tuple[float, float, float]) -> Array:

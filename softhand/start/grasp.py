@@ -124,7 +124,7 @@ def solve_grasp(
             arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles, settled
         )
     except GraspError as error:
-        if error.quantity != "reach" or not _is_bound(world):
+        if error.quantity not in ("reach", "joints") or not _is_bound(world):
             raise
         try:
             found = settle_together(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ _AT_JOINT = 1e-3  # [m]
 _OUTER = 0.9  # share of the farthest point's distance beyond which points tell where a link points
 _USUAL = 0.010  # [m] radius where no shape tells one
 _ALONG = np.cos(np.radians(25.0))
+_UPRIGHT = 1e-3
 
 
 class FingerEnd(NamedTuple):
@@ -160,3 +162,10 @@ def _axes_across(points: Array, along: Array, out: Array | None) -> Array:
         size = float(np.linalg.norm(first))
     first = first / size
     return np.column_stack([first, np.cross(along, first)])
+
+
+def rpy_to(out: Array) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] of axes whose x points along a unit vector, to four digits."""
+    pitch = -math.asin(float(np.clip(out[2], -1.0, 1.0)))
+    yaw = math.atan2(out[1], out[0]) if math.hypot(out[0], out[1]) > _UPRIGHT else 0.0
+    return 0.0, round(pitch, 4) + 0.0, round(yaw, 4) + 0.0
