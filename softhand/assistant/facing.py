@@ -13,7 +13,7 @@ from softhand.numerics.arrays import Array
 
 _SAMPLES = 1500  # postures of the whole hand
 _CROSSED = 400  # of each of two fingers that move by themselves
-_SEEDS = 3  # of a pair
+_SEEDS = 8  # of a pair
 
 
 class Seed(NamedTuple):

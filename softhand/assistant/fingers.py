@@ -28,6 +28,14 @@ class TipOnBody(NamedTuple):
     """Out of the tip, a unit vector, shape (3,)."""
     radius: float
     """[m]"""
+    points: Array = np.empty((0, 3))
+    """Of the shapes of the body [m], shape (points, 3)."""
+
+    def overhang(self, way: Array) -> float:
+        """How far the body reaches beyond the ball [m], along a unit vector of its frame."""
+        if not len(self.points):
+            return 0.0
+        return float(np.max(self.points @ way) - self.centre @ way - self.radius)
 
 
 class Tips(NamedTuple):
@@ -41,6 +49,8 @@ class Tips(NamedTuple):
     """By the motors, shape (tips, 3, n)."""
     out_slopes: Array
     """Shape (tips, 3, n)."""
+    axes: Array
+    """Of the bodies that carry the tips, shape (tips, 3, 3)."""
 
 
 class Fingers:
@@ -108,9 +118,11 @@ class Fingers:
             pin.forwardKinematics(model, data, q)
         count = len(tips)
         centres, out = np.empty((count, 3)), np.empty((count, 3))
+        axes = np.empty((count, 3, 3))
         of_centres, of_out = np.zeros((count, 3, self.n)), np.zeros((count, 3, self.n))
         for i, tip in enumerate(tips):
             pose = data.oMi[tip.joint]
+            axes[i] = pose.rotation
             centres[i], out[i] = pose.translation + pose.rotation @ tip.centre, pose.rotation @ tip.out
             if with_slopes and tip.joint:
                 columns = [model.joints[index].idx_v for index in list(model.supports[tip.joint])[1:]]
@@ -118,4 +130,4 @@ class Fingers:
                 J, S = data.J[:, columns], self.S[rows]
                 of_centres[i] = (J[:3] - pin.skew(centres[i]) @ J[3:]) @ S
                 of_out[i] = -pin.skew(out[i]) @ J[3:] @ S
-        return Tips(centres, out, of_centres, of_out)
+        return Tips(centres, out, of_centres, of_out, axes)

@@ -14,7 +14,7 @@ from softhand.assistant.block import fit_block
 from softhand.assistant.draft import Draft
 from softhand.assistant.fingers import Fingers
 from softhand.assistant.opposition import Opposition
-from softhand.assistant.search import Found, find_oppositions
+from softhand.assistant.search import MARGIN, Found, find_oppositions
 from softhand.assistant.tips import FoundTip, arm_motors, find_tips
 from softhand.assistant.trial import Bench, Trial
 from softhand.errors import GraspError, ModelError
@@ -27,7 +27,7 @@ from softhand.scenario.scenario import Scenario, load_scenario
 FRICTION = 0.8
 """mu that is assumed [1]."""
 
-_MARGINS = 1.4, 0.9  # of the faces of the box around the contacts, over the radius of a tip
+_MARGINS = 1.4, MARGIN, 0.65  # of the faces of the box around the contacts, over the radius of a tip
 _GRASPS = 14  # oppositions whose grasp is tried
 _RUNS = 4  # grasps that are run
 _ENOUGH = 0.05  # margin of a grasp that is taken at once
@@ -241,12 +241,14 @@ def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
         assert trial is not None
         if not trial.holds:
             failed.append(trial)
+            _log(trial)
             continue
         runs += 1
         can_move = np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1
         trial = walk.bench.run(trial, can_move, lambda share: walk.tell("gains and a run", share))
         if trial.holds:
             return trial, k + 1
+        _log(trial)
         failed.append(trial)
         if runs == _RUNS:
             break
@@ -257,6 +259,12 @@ def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
         "Take other fingers with --tip, more friction with --friction, or write the grasp by hand: docs/hands.md.",
         finger="", quantity="grasp", value=float(len(failed)),
     )  # fmt: skip
+
+
+def _log(trial):
+    import os
+    if os.environ.get("ASSIST_LOG"):
+        print("      --", [t.link for t in trial.draft.tips], trial.stage, trial.refusal[:420], flush=True)
 
 
 def _in_turn(oppositions: Sequence[Opposition]) -> list[Opposition]:

@@ -80,6 +80,17 @@ class Opposition:
         """Cosine between the way out of each tip and the way into its face, shape (tips,)."""
         return np.asarray(-self.sides.signs * (self.tips.out @ self.normal))
 
+    def overhang(self, tips: Sequence[TipOnBody]) -> float:
+        """How far some link reaches into the box beside its pressed ball, where the faces go on and on [m].
+
+        Args:
+            tips: those that touch.
+        """
+        into = -self.sides.signs[:, None] * self.normal
+        return max(
+            tip.overhang(axes.T @ way) + PRESSED for tip, axes, way in zip(tips, self.tips.axes, into, strict=True)
+        )
+
     @property
     def beside(self) -> float:
         """How far the middles of both sides are beside each other [m]."""

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from softhand.assistant.block import fit_block
+from softhand.assistant.clearance import Clearance
 from softhand.assistant.facing import Postures, Seed
 from softhand.assistant.fingers import Fingers, TipOnBody
 from softhand.assistant.opposition import Opposing, Opposition, Sides
 from softhand.errors import GraspError
 from softhand.numerics.arrays import Array
 
-_SEEDS = 12  # pairs that others join
+MARGIN = 0.9
+"""Of the faces of the box around the contacts, over the radius of a tip, at least."""
+
+_LOOKED_AT = 60  # pairs of which it is looked at whether links are in the way
+_SEEDS = 16  # pairs that others join
 _JOINING = 4.0  # badness of a tip that may come to a side
 _MOST = 5  # tips that hold together
-_PER_COUNT = 6  # oppositions of each count of tips that are kept
+_INSIDE = 2e-3  # [m] of a link in the box that count as much as a tip that lies on its rim
+_PER_COUNT = 8  # oppositions of each count of tips that are kept
 
 
 class Found(NamedTuple):
@@ -61,10 +69,11 @@ def find_oppositions(
     widths, preferred = preferred_width(tips)
     postures = Postures(fingers, tips, frozen, rest)
     progress(0.2)
+    clearance = Clearance(fingers)
     seeds = postures.seeds(widths, preferred)
     opposing = Opposing(fingers, tips, widths)
     found: list[Opposition] = []
-    tried, chosen = 0, seeds[:_SEEDS]
+    tried, chosen = 0, _clear_ones(seeds, postures, clearance)[:_SEEDS]
     for k, seed in enumerate(chosen):
         for opposition in _growing(seed, postures, opposing, frozen):
             tried += 1
@@ -73,13 +82,40 @@ def find_oppositions(
         progress(0.2 + 0.8 * (k + 1) / len(chosen))
     if not found:
         raise _nothing(seeds, opposing, frozen, names, widths)
-    found.sort(key=lambda one: _badness(one, fingers, preferred))
+    placed = [_out_of_the_way(one, postures, clearance) for one in found]
+    ranked = sorted(placed, key=lambda one: one[1] / _INSIDE + _badness(one[0], fingers, tips, preferred))
+    found = [one for one, _ in ranked]
     kept: list[Opposition] = []
     for count in sorted({len(one.sides.fingers) for one in found}, reverse=True):
         kept += [one for one in found if len(one.sides.fingers) == count][:_PER_COUNT]
     used = {i for one in found for i in one.sides.fingers}
     unused = {i: _why_unused(i, postures, seeds, names) for i in range(len(tips)) if i not in used}
     return Found(kept, tried, unused)
+
+
+def _clear_ones(seeds: Sequence[Seed], postures: Postures, clearance: Clearance) -> list[Seed]:
+    """The seeds with those last in which links are in the object that would be between."""
+    ranked = []
+    for seed in seeds[:_LOOKED_AT]:
+        pair = [postures.tips[i] for i in seed.pair]
+        tips = postures.fingers.at(seed.motors, pair)
+        planes = [
+            float(centre @ seed.normal) - sign * tip.radius
+            for centre, sign, tip in zip(tips.centres, (1.0, -1.0), pair, strict=True)
+        ]
+        rough = Opposition(Sides(seed.pair, 1), seed.motors, seed.normal, (planes[0], planes[1]), tips, np.zeros(2), 0.0)
+        ranked.append((seed.badness + _out_of_the_way(rough, postures, clearance)[1] / (5.0 * _INSIDE), seed))
+    return [seed for _, seed in sorted(ranked, key=lambda one: one[0])]
+
+
+def _out_of_the_way(one: Opposition, postures: Postures, clearance: Clearance) -> tuple[Opposition, float]:
+    """An opposition with its idle fingers where they are least in the way, and how deep a link is in its box [m]."""
+    touching = [postures.tips[i] for i in one.sides.fingers]
+    block = fit_block(one, touching, MARGIN)
+    used = np.any([postures.moved[i] for i in one.sides.fingers], axis=0)
+    idle = [postures.moved[i] & ~used for i in range(len(postures.tips)) if i not in one.sides.fingers]
+    motors = clearance.out_of_the_way(one.motors, block, touching, idle)
+    return replace(one, motors=motors), clearance.depth(motors, block, touching)
 
 
 def _growing(seed: Seed, postures: Postures, opposing: Opposing, frozen: Array):  # type: ignore[no-untyped-def]
@@ -124,14 +160,15 @@ def _is_new(one: Opposition, others: Sequence[Opposition]) -> bool:
     )
 
 
-def _badness(one: Opposition, fingers: Fingers, preferred: float) -> float:
+def _badness(one: Opposition, fingers: Fingers, tips: Sequence[TipOnBody], preferred: float) -> float:
     """How far from straight, from amid the ranges, from opposite and from the width that is liked."""
     used = np.any(one.tips.centre_slopes != 0.0, axis=(0, 1))
     half = 0.5 * (fingers.upper - fingers.lower)
     off = np.abs(one.motors - 0.5 * (fingers.upper + fingers.lower)) / half
     crowded = float(np.mean(off[used] ** 4)) if used.any() else 0.0
     straight = float(np.mean(1.0 - one.leaning))
-    return straight + crowded + one.beside / one.lever / 4.0 + abs(one.width - preferred) / (4.0 * preferred)
+    inside = max(one.overhang([tips[i] for i in one.sides.fingers]), 0.0)
+    return inside / _INSIDE + straight + crowded + one.beside / one.lever / 4.0 + abs(one.width - preferred) / (4.0 * preferred)
 
 
 def _nothing(

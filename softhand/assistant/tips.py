@@ -61,7 +61,7 @@ def find_tips(hand: Urdf, model: pin.Model, fingers: Fingers, only: Sequence[str
     if is_jaw:  # the body that carries the one moving jaw is the other one
         ends = [*ends, _facing(hand, model, fingers, ends[0])]
     motors = _amid(fingers)
-    plain = [TipOnBody(_joint(model, end.link), *_placed(end)) for end in ends]
+    plain = [TipOnBody(_joint(model, end.link), *_placed(end), end.points) for end in ends]
     tips = fingers.at(motors, plain)
     arm = arm_motors(fingers, plain)
     found = []
@@ -159,7 +159,7 @@ def _tip(hand: Urdf, end: FingerEnd, plain: TipOnBody, closing: Array | None) ->
     if own is not None:
         label, position, x = own
         return FoundTip(
-            label, label, TipOnBody(plain.joint, position, x, plain.radius), (0.0, 0.0, 0.0), True,
+            label, label, plain._replace(centre=position, out=x), (0.0, 0.0, 0.0), True,
             "x of this frame points out of the end of the finger",
         )  # fmt: skip
     if closing is None:
@@ -183,7 +183,7 @@ def _tip(hand: Urdf, end: FingerEnd, plain: TipOnBody, closing: Array | None) ->
     centre = np.round(centre, 5) + 0.0
     radius = round(radius, 4)
     rpy = rpy_to(out)
-    return FoundTip(name, end.link, TipOnBody(plain.joint, centre, _x_of(rpy), radius), rpy, False, why)
+    return FoundTip(name, end.link, plain._replace(centre=centre, out=_x_of(rpy), radius=radius), rpy, False, why)
 
 
 def _x_of(rpy: tuple[float, float, float]) -> Array:

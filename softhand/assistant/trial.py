@@ -28,8 +28,8 @@ PRESSING = 1.5, 0.8, 0.4
 """Least normal forces of a tip that are tried, [N]."""
 TORQUE_USE = 0.7
 """Largest share of an effort limit."""
-DEEP = 1e-3
-"""[m] by which a link may be in the object, as nothing is known of it to that precision."""
+DEEP, CARRYING = 1e-3, 2e-3
+"""[m] by which the hull of a link, and of one that carries a tip, may be in the object: hulls are larger than links."""
 
 _KEPT = 1.0  # [mm] to which the object must be back after the push
 _TURNED = 1.0  # [deg]
@@ -128,7 +128,13 @@ class Bench:
             found = collisions_at_start(resolve(trial.scenario)).found
         except SofthandError:
             found = []
-        deep = [one for one in found if one.depth > DEEP and "object" in (one.one, one.other)]
+        carrying = {tip.link for tip in trial.draft.tips}
+        deep = [
+            one
+            for one in found
+            if "object" in (one.one, one.other)
+            and one.depth > (CARRYING if carrying & {one.one, one.other} else DEEP)
+        ]
         trial = replace(trial, collisions=tuple(found))
         if deep:
             worst = max(deep, key=lambda one: one.depth)

@@ -15,6 +15,9 @@ from softhand.numerics.arrays import Array
 RADIUS = 0.004, 0.015
 """Least and greatest radius of a tip that is proposed [m]."""
 
+COVER = 1.5e-3
+"""How far a tip that is proposed sticks out of the link that carries it [m]."""
+
 _AT_JOINT = 1e-3  # [m]
 _OUTER = 0.9  # share of the farthest point's distance beyond which points tell where a link points
 _USUAL = 0.010  # [m] radius where no shape tells one
@@ -57,9 +60,10 @@ class FingerEnd(NamedTuple):
         return None
 
     def fitted(self, out: Array | None = None) -> tuple[Array, float]:
-        """Centre [m] and radius [m] of a ball that fits into the end, from the points near to it.
+        """Centre [m] and radius [m] of a ball that covers the end, from the points near to it.
 
-        The ball touches the farthest point along `self.out`, and the farthest one along `out` near to it.
+        It sticks out by `COVER` beyond the farthest point along `self.out`, and beyond the farthest one along `out` near
+        to it, so that it is the soft tip that touches and no link.
 
         Args:
             out: where the tip shall press, if elsewhere than along `self.out`, shape (3,).
@@ -75,11 +79,11 @@ class FingerEnd(NamedTuple):
             axes = _axes_across(near, self.out, out)
             across = near @ axes
             low, high = across.min(axis=0), across.max(axis=0)
-            radius = float(np.clip(0.5 * np.min(high - low), *RADIUS))
+            radius = float(np.clip(0.5 * np.min(high - low) + COVER, *RADIUS))
             middle = 0.5 * (low + high)
             if out is not None:
-                middle[0] = high[0] - radius
-            centre = (along.max() - radius) * self.out + axes @ middle
+                middle[0] = high[0] + COVER - radius
+            centre = (along.max() + COVER - radius) * self.out + axes @ middle
         return centre, radius
 
 
