@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,7 +92,11 @@ def _choices(place: Place, can_move: bool) -> Iterator[tuple[tuple[str, Any, str
                 ("K_O_orientation", _each(stiffness[3:]), "[N m/rad], likewise"),
                 ("K_v", _each(damping), "[N m s/rad or N s/m], damping of each joint or motor"),
                 ("K_N", force, "[-], feedback of the internal force; with more small motions may grow"),
-                ("K_posture", _each(posture), "[N m/rad or N/m], joints that the grasp does not need stay at the start"),
+                (
+                    "K_posture",
+                    _each(posture),
+                    "[N m/rad or N/m], joints that the grasp does not need stay at the start",
+                ),
             )
 
 

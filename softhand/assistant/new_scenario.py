@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,10 +16,11 @@ from softhand.assistant.fingers import Fingers
 from softhand.assistant.opposition import Opposition
 from softhand.assistant.search import MARGIN, Found, find_oppositions
 from softhand.assistant.tips import FoundTip, arm_motors, find_tips
-from softhand.assistant.trial import Bench, Trial
+from softhand.assistant.trial import IN_THE_WAY, OUT_OF_REACH, Bench, Trial
 from softhand.errors import GraspError, ModelError
 from softhand.grasping.quality import GraspQuality
 from softhand.model.urdf.pinocchio_model import build_model
+from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.scenario.blank import read_hand
 from softhand.scenario.scenario import Scenario, load_scenario
@@ -30,22 +31,31 @@ FRICTION = 0.8
 _MARGINS = 1.4, MARGIN, 0.65  # of the faces of the box around the contacts, over the radius of a tip
 _GRASPS = 14  # oppositions whose grasp is tried
 _RUNS = 4  # grasps that are run
-_ENOUGH = 0.05  # margin of a grasp that is taken at once
+_DEEPER = 2  # times in which depths are taken over
 
 Progress = Callable[[str, float], None]
 
 
-class TipRow(NamedTuple):
-    """A fingertip of the scenario."""
+@dataclass(frozen=True)
+class Tip(Record):
+    """A fingertip of the scenario.
+
+    Attributes:
+        name: of the tip.
+        link: that carries it.
+        position: of the centre of its ball in the frame of the link [m].
+        rpy: roll, pitch, yaw of its axes there, x out of the tip [rad].
+        radius: of the ball [m].
+        why: how it was found.
+    """
+
+    units: ClassVar = {"position": "m", "rpy": "rad", "radius": "m"}
 
     name: str
     link: str
     position: tuple[float, ...]
-    """In the frame of the link [m]."""
     rpy: tuple[float, ...]
-    """[rad]"""
     radius: float
-    """[m]"""
     why: str
 
 
@@ -83,6 +93,7 @@ class NewScenario(Record):
         "object_size": "m", "object_mass": "kg", "object_position": "m", "object_rpy": "rad", "internal_force": "N",
         "margin": "N/N", "friction_use": "1", "torque_use": "1", "period": "s", "growth": "1/s",
         "position_error": "mm", "orientation_error": "deg",
+        "gains": "as of the controller", "tried": "1",
     }  # fmt: skip
     unreported: ClassVar = frozenset({"scenario", "text", "object_text", "quality"})
 
@@ -91,7 +102,7 @@ class NewScenario(Record):
     object_text: str
     files: tuple[str, ...]
     remedies: tuple[str, ...]
-    tips: tuple[TipRow, ...]
+    tips: tuple[Tip, ...]
     unused: dict[str, str]
     object_size: tuple[float, ...]
     object_mass: float
@@ -172,8 +183,8 @@ def new_scenario(
     bodies, names = [tip.on_body for tip in found_tips], [tip.name for tip in found_tips]
     if len(found_tips) < 2:
         raise ModelError(
-            f"{urdf}: got one fingertip, {names[0]}; a hand that holds something needs two or more. Name the links with "
-            "--tip, as often as there are fingers.",
+            f"{urdf}: got one fingertip, {names[0]}; a hand that holds something needs two or more. Name the links "
+            "with --tip, as often as there are fingers.",
             file=str(urdf),
         )
     frozen = arm_motors(fingers, bodies)
@@ -182,7 +193,9 @@ def new_scenario(
     )
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(Path(folder))
-        best, count = _first_that_holds(_Walk(urdf, remedies, fingers, found_tips, friction, bench, found, tell))
+        best, count = _first_that_holds(
+            _Walk(urdf, remedies, fingers, found_tips, friction, bench, found, frozen, tell)
+        )
         scenario, files = best.scenario, ()
         text, block = "", best.draft.block.urdf("box")
         if file is not None:
@@ -201,6 +214,7 @@ class _Walk:
     friction: float
     bench: Bench
     found: Found
+    frozen: Array
     tell: Progress
 
     def draft(self, opposition: Opposition, margin: float) -> Draft:
@@ -226,29 +240,38 @@ class _Walk:
             guess=np.round(opposition.motors, 5),
         )
 
+    def grasp(self, opposition: Opposition) -> Trial:
+        """The grasp of an opposition, its box with as much margin as the links leave."""
+        trial = self.bench.grasp(self.draft(opposition, _MARGINS[0]))
+        for _ in range(_DEEPER):  # fingers that cannot reach each point need the depths that they are pressed to
+            if trial.stage != OUT_OF_REACH or trial.depths is None:
+                break
+            opposition = self.found.opposing.find(
+                opposition.sides, opposition.motors, opposition.normal, self.frozen, trial.depths
+            )
+            trial = self.bench.grasp(self.draft(opposition, _MARGINS[0]))
+        for margin in _MARGINS[1:]:
+            if trial.holds or trial.stage != IN_THE_WAY:
+                break
+            trial = self.bench.grasp(self.draft(opposition, margin))
+        return trial
+
 
 def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
     """The first grasp that passes all, those of most tips first; and how many were tried."""
     failed: list[Trial] = []
-    runs, most = 0, walk.found.oppositions[:_GRASPS]
-    for k, opposition in enumerate(_in_turn(walk.found.oppositions)[:_GRASPS]):
-        walk.tell("grasping", k / len(most))
-        trial = None
-        for margin in _MARGINS:
-            trial = walk.bench.grasp(walk.draft(opposition, margin))
-            if trial.holds or trial.stage != 3:
-                break
-        assert trial is not None
+    runs, chosen = 0, _in_turn(walk.found.oppositions)[:_GRASPS]
+    for k, opposition in enumerate(chosen):
+        walk.tell("grasping", k / len(chosen))
+        trial = walk.grasp(opposition)
         if not trial.holds:
             failed.append(trial)
-            _log(trial)
             continue
         runs += 1
         can_move = np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1
         trial = walk.bench.run(trial, can_move, lambda share: walk.tell("gains and a run", share))
         if trial.holds:
             return trial, k + 1
-        _log(trial)
         failed.append(trial)
         if runs == _RUNS:
             break
@@ -259,12 +282,6 @@ def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
         "Take other fingers with --tip, more friction with --friction, or write the grasp by hand: docs/hands.md.",
         finger="", quantity="grasp", value=float(len(failed)),
     )  # fmt: skip
-
-
-def _log(trial):
-    import os
-    if os.environ.get("ASSIST_LOG"):
-        print("      --", [t.link for t in trial.draft.tips], trial.stage, trial.refusal[:420], flush=True)
 
 
 def _in_turn(oppositions: Sequence[Opposition]) -> list[Opposition]:
@@ -302,7 +319,7 @@ def _result(
         files=files,
         remedies=tuple(remedies),
         tips=tuple(
-            TipRow(tip.name, tip.link, tuple(map(float, tip.on_body.centre)), tip.rpy, tip.on_body.radius, tip.why)
+            Tip(tip.name, tip.link, tuple(map(float, tip.on_body.centre)), tip.rpy, tip.on_body.radius, tip.why)
             for tip in draft.tips
         ),
         unused=dict(draft.unused),

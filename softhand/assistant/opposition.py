@@ -1,8 +1,9 @@
 """Fingertips on two opposite faces of a box that is yet to be made: postures of the hand that let them oppose.
 
-The box is a slab between two planes with normals u and -u. Tips of side A lie on the plane u . x = a, those of side B on
-u . x = b < a, each with its ball pressed in a little. Motors, u, a and b are found together, by the method of Levenberg
-and Marquardt on what is missed; so joints that are coupled, and fingers that share a motor, need nothing else.
+The box is a slab between two planes with normals u and -u. Tips of side A lie on the plane u . x = a, those of side B
+on u . x = b < a, each with its ball pressed in a little. Motors, u, a and b are found together, by the method of
+Levenberg and Marquardt on what is missed; so joints that are coupled, and fingers that share a motor, need nothing
+else.
 """
 
 from __future__ import annotations
@@ -118,7 +119,9 @@ class Opposing:
         """With all tips of the hand, and the least and greatest width of the object [m]."""
         self._fingers, self._tips, self.widths = fingers, tips, widths
 
-    def find(self, sides: Sides, motors: Array, normal: Array, frozen: Array | None = None) -> Opposition:
+    def find(
+        self, sides: Sides, motors: Array, normal: Array, frozen: Array | None = None, pressed: Array | None = None
+    ) -> Opposition:
         """The opposition that is found from a posture.
 
         Args:
@@ -126,28 +129,31 @@ class Opposing:
             motors: where the search starts [rad or m], shape (n,).
             normal: u there.
             frozen: motors that stay where they are, shape (n,).
+            pressed: how deep each tip is pressed in [m], shape (tips,); `PRESSED` if None.
         """
         used = [self._tips[i] for i in sides.fingers]
         moving = np.any([self._fingers.movers(tip.joint) for tip in used], axis=0)
         if frozen is not None:
             moving &= ~frozen
         free = np.flatnonzero(moving)
-        radii = np.array([tip.radius for tip in used])
+        reach = np.array([tip.radius for tip in used]) - (PRESSED if pressed is None else pressed)
         state = _State(motors.copy(), normal / np.linalg.norm(normal), 0.0, 0.0)
         tips = self._fingers.at(state.motors, used)
-        heights = tips.centres @ state.normal - sides.signs * (radii - PRESSED)
+        heights = tips.centres @ state.normal - sides.signs * reach
         state = state._with(a=float(heights[: sides.count].mean()), b=float(heights[sides.count :].mean()))
         damping = 1e-3
-        r, J = self._errors(sides, used, radii, state, free)
+        r, J = self._errors(sides, used, reach, state, free)
         cost = 0.5 * float(r @ r)
         for _ in range(_ITERATIONS):
             H, g = J.T @ J, J.T @ r
             scale = np.diag(H) + 1e-9 * np.trace(H) / len(H)
             step = np.linalg.solve(H + damping * np.diag(scale), -g)
-            longest = float(np.max(np.abs(step[: len(free)]) / (self._fingers.upper - self._fingers.lower)[free], initial=0.0))
+            longest = float(
+                np.max(np.abs(step[: len(free)]) / (self._fingers.upper - self._fingers.lower)[free], initial=0.0)
+            )
             step *= min(1.0, 0.3 / max(longest, 1e-12))
             ahead = self._stepped(state, step, free)
-            r_new, J_new = self._errors(sides, used, radii, ahead, free)
+            r_new, J_new = self._errors(sides, used, reach, ahead, free)
             new = 0.5 * float(r_new @ r_new)
             if new < cost:
                 done = cost - new < 1e-7 * cost
@@ -170,15 +176,15 @@ class Opposing:
         return _State(motors, normal / np.linalg.norm(normal), state.a + step[-2], state.b + step[-1])
 
     def _errors(
-        self, sides: Sides, used: Sequence[TipOnBody], radii: Array, state: _State, free: Array
+        self, sides: Sides, used: Sequence[TipOnBody], reach: Array, state: _State, free: Array
     ) -> tuple[Array, Array]:
         """What is missed, each in its own measure, and its slopes by motors, turn of u, a and b."""
         fingers, signs, count = self._fingers, sides.signs, sides.count
         tips = fingers.at(state.motors, used)
         C, X, u, m = tips.centres, tips.out, state.normal, len(free)
         of_C, of_X = tips.centre_slopes[:, :, free], tips.out_slopes[:, :, free]
-        n, turn = m + 5, -np.cross(u, np.eye(3)).T  # du = turn @ rotation
-        turn = -np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
+        n = m + 5
+        turn = -np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])  # du by a small rotation
         rows: list[float] = []
         slopes: list[Array] = []
 
@@ -191,7 +197,7 @@ class Opposing:
             slope[:m], slope[m : m + 3] = u @ of_C[i], C[i] @ turn
             slope[m + 3 + (i >= count)] = -1.0
             plane = state.a if i < count else state.b
-            add(float(u @ C[i] - signs[i] * (radii[i] - PRESSED) - plane), slope, _PLANE)
+            add(float(u @ C[i] - signs[i] * reach[i] - plane), slope, _PLANE)
         for i in range(len(used)):  # leaning too far, and a little at all
             slope = np.zeros(n)
             slope[:m], slope[m : m + 3] = -signs[i] * (u @ of_X[i]), -signs[i] * (X[i] @ turn)
@@ -212,7 +218,7 @@ class Opposing:
                 if (i < count) != (j < count):
                     continue
                 way = C[i] - C[j]
-                distance, least = float(np.linalg.norm(way)), radii[i] + radii[j] + 2.0 * _CLOSE
+                distance, least = float(np.linalg.norm(way)), reach[i] + reach[j] + 2.0 * _CLOSE + 2.0 * PRESSED
                 if 1e-9 < distance < least:
                     slope = np.zeros(n)
                     slope[:m] = -(way / distance) @ (of_C[i] - of_C[j])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -34,6 +34,8 @@ class Found(NamedTuple):
     tried: int
     unused: dict[int, str]
     """Of each tip that no opposition has, why."""
+    opposing: Opposing
+    """What found them."""
 
 
 def preferred_width(tips: Sequence[TipOnBody]) -> tuple[tuple[float, float], float]:
@@ -90,7 +92,7 @@ def find_oppositions(
         kept += [one for one in found if len(one.sides.fingers) == count][:_PER_COUNT]
     used = {i for one in found for i in one.sides.fingers}
     unused = {i: _why_unused(i, postures, seeds, names) for i in range(len(tips)) if i not in used}
-    return Found(kept, tried, unused)
+    return Found(kept, tried, unused, opposing)
 
 
 def _clear_ones(seeds: Sequence[Seed], postures: Postures, clearance: Clearance) -> list[Seed]:
@@ -103,7 +105,9 @@ def _clear_ones(seeds: Sequence[Seed], postures: Postures, clearance: Clearance)
             float(centre @ seed.normal) - sign * tip.radius
             for centre, sign, tip in zip(tips.centres, (1.0, -1.0), pair, strict=True)
         ]
-        rough = Opposition(Sides(seed.pair, 1), seed.motors, seed.normal, (planes[0], planes[1]), tips, np.zeros(2), 0.0)
+        rough = Opposition(
+            Sides(seed.pair, 1), seed.motors, seed.normal, (planes[0], planes[1]), tips, np.zeros(2), 0.0
+        )
         ranked.append((seed.badness + _out_of_the_way(rough, postures, clearance)[1] / (5.0 * _INSIDE), seed))
     return [seed for _, seed in sorted(ranked, key=lambda one: one[0])]
 
@@ -118,7 +122,7 @@ def _out_of_the_way(one: Opposition, postures: Postures, clearance: Clearance) -
     return replace(one, motors=motors), clearance.depth(motors, block, touching)
 
 
-def _growing(seed: Seed, postures: Postures, opposing: Opposing, frozen: Array):  # type: ignore[no-untyped-def]
+def _growing(seed: Seed, postures: Postures, opposing: Opposing, frozen: Array) -> Iterator[Opposition]:
     """The pair, and the pair with one further tip after the other on either side, as long as that works."""
     tips = postures.tips
     pair = opposing.find(Sides(seed.pair, 1), seed.motors, seed.normal, frozen)
@@ -145,7 +149,9 @@ def _growing(seed: Seed, postures: Postures, opposing: Opposing, frozen: Array):
             ahead = motors.copy()
             ahead[own] = joined[own]
             longer = [*have[crowded], i]
-            sides = Sides((*longer, *have[1]), len(longer)) if crowded == 0 else Sides((*have[0], *longer), len(have[0]))
+            sides = (
+                Sides((*longer, *have[1]), len(longer)) if crowded == 0 else Sides((*have[0], *longer), len(have[0]))
+            )
             opposition = opposing.find(sides, ahead, normal, frozen)
             yield opposition
             if opposition.is_found(opposing.widths):
@@ -168,7 +174,13 @@ def _badness(one: Opposition, fingers: Fingers, tips: Sequence[TipOnBody], prefe
     crowded = float(np.mean(off[used] ** 4)) if used.any() else 0.0
     straight = float(np.mean(1.0 - one.leaning))
     inside = max(one.overhang([tips[i] for i in one.sides.fingers]), 0.0)
-    return inside / _INSIDE + straight + crowded + one.beside / one.lever / 4.0 + abs(one.width - preferred) / (4.0 * preferred)
+    return (
+        inside / _INSIDE
+        + straight
+        + crowded
+        + one.beside / one.lever / 4.0
+        + abs(one.width - preferred) / (4.0 * preferred)
+    )
 
 
 def _nothing(
@@ -188,12 +200,14 @@ def _nothing(
     angle = float(np.degrees(np.arccos(np.clip(one.leaning[worst], -1.0, 1.0))))
     if angle > 72.0:
         lacks.append(
-            f"{(first, second)[worst]} would touch {angle:.0f} deg beside the way out of its tip, beyond the rim of the "
-            "ball at 72 deg: turn x of that tip towards the other finger"
+            f"{(first, second)[worst]} would touch {angle:.0f} deg beside the way out of its tip, beyond the rim of "
+            "the ball at 72 deg: turn x of that tip towards the other finger"
         )
     off = float(np.max(np.abs(one.missed)))
     if off > 2e-5:
-        lacks.append(f"{(first, second)[int(np.argmax(np.abs(one.missed)))]} stays {1e3 * off:.2g} mm short of its face")
+        lacks.append(
+            f"{(first, second)[int(np.argmax(np.abs(one.missed)))]} stays {1e3 * off:.2g} mm short of its face"
+        )
     if one.beside > one.lever:
         way = one.tips.centres[0] - one.tips.centres[1]
         way = way - (way @ one.normal) * one.normal
@@ -227,7 +241,8 @@ def _why_unused(i: int, postures: Postures, seeds: Sequence[Seed], names: Sequen
     return f"it does not come to a side of a box between {names[best[2].pair[0]]} and {names[best[2].pair[1]]}"
 
 
-def _sides_of(seed: Seed, postures: Postures):  # type: ignore[no-untyped-def]
+def _sides_of(seed: Seed, postures: Postures) -> Iterator[tuple[float, float, Array]]:
+    """Sign, height and middle of both sides of a seed."""
     tips = postures.fingers.at(seed.motors, [postures.tips[i] for i in seed.pair], with_slopes=False)
     for sign, centre in zip((1.0, -1.0), tips.centres, strict=True):
         yield sign, float(centre @ seed.normal), centre

@@ -20,6 +20,7 @@ from softhand.collision.record import Collision
 from softhand.errors import SofthandError
 from softhand.grasping.quality import GraspQuality, quality_in
 from softhand.grasping.situation import situation_of
+from softhand.numerics.arrays import Array
 from softhand.scenario.scenario import Scenario, load_scenario
 
 USE = 0.5
@@ -30,6 +31,9 @@ TORQUE_USE = 0.7
 """Largest share of an effort limit."""
 DEEP, CARRYING = 1e-3, 2e-3
 """[m] by which the hull of a link, and of one that carries a tip, may be in the object: hulls are larger than links."""
+
+OUT_OF_REACH, IN_THE_WAY = 2, 3
+"""Stages of a trial: no start at rest; a grasp at rest that is none to take, most often as links are in the box."""
 
 _KEPT = 1.0  # [mm] to which the object must be back after the push
 _TURNED = 1.0  # [deg]
@@ -50,6 +54,7 @@ class Trial:
         summary: of 2 s in which it was pushed; None likewise.
         refusal: why it does not hold; "" if it does.
         stage: how far it came; the greater the farther.
+        depths: how deep the squeeze presses each tip in [m], shape (tips,); None if it is not known.
     """
 
     draft: Draft
@@ -60,6 +65,7 @@ class Trial:
     summary: Summary | None
     refusal: str
     stage: int
+    depths: Array | None = None
 
     @property
     def holds(self) -> bool:
@@ -106,9 +112,13 @@ class Bench:
             except SofthandError as error:
                 return replace(trial, draft=ahead, refusal=str(error), stage=2)
             ahead = replace(ahead, margin=quality.margin)
-            trial = Trial(ahead, closed, quality, (), None, None, "", 4)
+            pressing_of = np.einsum("ij,ij->i", quality.forces, normals)
+            depths = np.array([one.depth(float(f)) for one, f in zip(here.materials, pressing_of, strict=True)])
+            trial = Trial(ahead, closed, quality, (), None, None, "", 4, depths)
             if quality.refusal is not None:
                 trial = replace(trial, refusal=str(quality.refusal), stage=2)
+                if quality.refusal.quantity == "reach":
+                    return trial
                 continue
             use = max(float(finger.torque_use.max(initial=0.0)) for finger in quality.fingers)
             if use > TORQUE_USE:
@@ -132,8 +142,7 @@ class Bench:
         deep = [
             one
             for one in found
-            if "object" in (one.one, one.other)
-            and one.depth > (CARRYING if carrying & {one.one, one.other} else DEEP)
+            if "object" in (one.one, one.other) and one.depth > (CARRYING if carrying & {one.one, one.other} else DEEP)
         ]
         trial = replace(trial, collisions=tuple(found))
         if deep:

@@ -13,9 +13,9 @@ from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
+from softhand.checks.tip_axes import doubts_of_tip_axes
 from softhand.collision.collisions import collisions_at_start
 from softhand.collision.record import Collisions
-from softhand.checks.tip_axes import doubts_of_tip_axes
 from softhand.collision.told import told
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane

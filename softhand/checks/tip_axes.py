@@ -74,5 +74,3 @@ def _closes(arm: Arm, index: int, x: Array) -> bool:
     if len(sizes) > 1 and sizes[1] > _ONE_WAY * sizes[0]:
         return False
     return abs(float(U[:, 0] @ x)) > math.cos(_CLOSING)
-
-

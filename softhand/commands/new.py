@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from softhand.scenario.scenario import Scenario
 
 
-@command("softhand new my_hand.urdf; softhand new my_hand.urdf --tip thumb --tip index --view; softhand new my.toml --like pinch")
+@command(
+    "softhand new my_hand.urdf --view; softhand new my_hand.urdf --tip thumb --tip index; "
+    "softhand new my.toml --like pinch"
+)
 def new(
     file: Annotated[
         Path,
@@ -46,10 +49,13 @@ def new(
     ] = None,
     tip: Annotated[
         list[str],
-        typer.Option("--tip", metavar="LINK", help="Of HAND.urdf: a link of a finger that shall hold; may be repeated."),
+        typer.Option(
+            "--tip", metavar="LINK", help="Of HAND.urdf: a link of a finger that shall hold; may be repeated."
+        ),
     ] = [],  # noqa: B006  typer copies it
     friction: Annotated[
-        float | None, typer.Option(metavar="MU", min=1e-3, help="Of HAND.urdf: coefficient of friction; 0.8 if not given.")
+        float | None,
+        typer.Option(metavar="MU", min=1e-3, help="Of HAND.urdf: coefficient of friction; 0.8 if not given."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -78,7 +84,13 @@ def new(
                 )  # fmt: skip
         _of_hand(file, tip, friction, out, view, open_page, printer)
         return
-    for name, given in (("--tip", tip), ("--friction", friction), ("--out", out), ("--view", view), ("--json", as_json)):
+    for name, given in (
+        ("--tip", tip),
+        ("--friction", friction),
+        ("--out", out),
+        ("--view", view),
+        ("--json", as_json),
+    ):
         if given:
             raise ScenarioError(
                 f"{name}: is for softhand new HAND.urdf; got {file}. Leave it out.", key=name[2:], value=str(given)

@@ -62,8 +62,8 @@ class FingerEnd(NamedTuple):
     def fitted(self, out: Array | None = None) -> tuple[Array, float]:
         """Centre [m] and radius [m] of a ball that covers the end, from the points near to it.
 
-        It sticks out by `COVER` beyond the farthest point along `self.out`, and beyond the farthest one along `out` near
-        to it, so that it is the soft tip that touches and no link.
+        It sticks out by `COVER` beyond the farthest point along `self.out`, and beyond the farthest one along `out`
+        near to it, so that it is the soft tip that touches and no link.
 
         Args:
             out: where the tip shall press, if elsewhere than along `self.out`, shape (3,).
