@@ -112,7 +112,7 @@ def of_package(folder: Path) -> str:
     meshes.mkdir(parents=True)
     for length in (0.05, 0.04):
         solid = trimesh.creation.capsule(height=length - 0.016, radius=0.008)
-        solid.apply_translation([0.0, 0.0, 0.008])
+        solid.apply_translation([0.0, 0.0, 0.5 * length - solid.bounds.mean(axis=0)[2]])
         solid.export(meshes / f"link_{round(1e3 * length)}.stl")
 
     def mesh(length: float) -> str:

@@ -19,6 +19,7 @@ from softhand.assistant.fingers import Fingers, TipOnBody
 from softhand.assistant.new_scenario import NewScenario, new_scenario
 from softhand.assistant.opposition import Opposing, Sides, _State
 from softhand.assistant.tips import find_tips
+from softhand.assistant.trial import CARRYING
 from softhand.checks.tip_axes import doubts_of_tip_axes
 from softhand.errors import GraspError, ModelError
 from softhand.model.urdf.ends import COVER, FingerEnd
@@ -49,7 +50,7 @@ def check_holds(found: NewScenario, folder: Path) -> None:
     pushed = np.linalg.norm(recording.object_position - recording.object_position[0], axis=1)
     assert pushed.max() > 1e-5  # m: the push was felt
     colliding = softhand.collisions(scenario).found
-    assert all(one.depth <= 2e-3 for one in colliding if "object" in (one.one, one.other))
+    assert all(one.depth <= CARRYING for one in colliding if "object" in (one.one, one.other))
 
 
 @pytest.mark.parametrize(

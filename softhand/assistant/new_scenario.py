@@ -256,25 +256,35 @@ class _Walk:
             trial = self.bench.grasp(self.draft(opposition, margin))
         return trial
 
+    def run(self, trial: Trial, opposition: Opposition) -> Trial:
+        """A grasp with gains, and run."""
+        can_move = np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1
+        return self.bench.run(trial, can_move, lambda share: self.tell("gains and a run", share))
+
 
 def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
     """The first grasp that passes all, those of most tips first; and how many were tried."""
     failed: list[Trial] = []
+    spare: list[tuple[Trial, Opposition]] = []
     runs, chosen = 0, _in_turn(walk.found.oppositions)[:_GRASPS]
     for k, opposition in enumerate(chosen):
         walk.tell("grasping", k / len(chosen))
         trial = walk.grasp(opposition)
-        if not trial.holds:
-            failed.append(trial)
-            continue
-        runs += 1
-        can_move = np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1
-        trial = walk.bench.run(trial, can_move, lambda share: walk.tell("gains and a run", share))
         if trial.holds:
-            return trial, k + 1
+            runs += 1
+            trial = walk.run(trial, opposition)
+            if trial.holds:
+                return trial, k + 1
+        elif trial.is_spare:
+            spare.append((trial, opposition))
         failed.append(trial)
         if runs == _RUNS:
             break
+    for trial, opposition in spare[:_RUNS]:
+        trial = walk.run(trial, opposition)
+        if trial.holds:
+            return trial, len(failed)
+        failed.append(trial)
     far = max(failed, key=lambda trial: trial.stage)
     names = " and ".join(tip.name for tip in far.draft.tips)
     raise GraspError(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from softhand.assistant.fingers import Fingers, TipOnBody
+from softhand.assistant.fingers import Fingers, TipOnBody, Tips
 from softhand.errors import ModelError
 from softhand.model.urdf.ends import FingerEnd, end_of, find_ends, rpy_to
 from softhand.model.urdf.urdf import Urdf
@@ -62,12 +62,11 @@ def find_tips(hand: Urdf, model: pin.Model, fingers: Fingers, only: Sequence[str
         ends = [*ends, _facing(hand, model, fingers, ends[0])]
     motors = _amid(fingers)
     plain = [TipOnBody(_joint(model, end.link), *_placed(end), end.points) for end in ends]
-    tips = fingers.at(motors, plain)
+    tips, wide = fingers.at(motors, plain), _open(fingers, plain)
     arm = arm_motors(fingers, plain)
     found = []
     for i, end in enumerate(ends):
-        slopes = tips.centre_slopes[i][:, ~arm]
-        closing = _closing(slopes, tips.centres, i)
+        closing = _closing(tips.centre_slopes[i][:, ~arm], wide.centre_slopes[i][:, ~arm], wide.centres, i)
         if is_jaw and closing is None:
             closing = _away(tips.centres, i)
         rotation = _rotation(fingers, motors, plain[i].joint)
@@ -136,13 +135,29 @@ def _rotation(fingers: Fingers, motors: Array, joint: int) -> Array:
     return np.array(data.oMi[joint].rotation)
 
 
-def _closing(slopes: Array, centres: Array, i: int) -> Array | None:
-    """Where a tip goes that can go one way only, towards the others; None for one that can go several ways."""
-    U, sizes, _ = np.linalg.svd(slopes, full_matrices=False)
+def _open(fingers: Fingers, tips: Sequence[TipOnBody]) -> Tips:
+    """The tips where they are farthest apart, of some postures."""
+    postures = (fingers.low, fingers.rest, _amid(fingers), fingers.high)
+    found = [fingers.at(motors, tips) for motors in postures]
+    return max(found, key=lambda one: float(np.sum((one.centres - one.centres.mean(axis=0)) ** 2)))
+
+
+def _closing(slopes: Array, when_open: Array, centres: Array, i: int) -> Array | None:
+    """Where a tip goes that can go one way only, as the hand closes; None for one that can go several ways.
+
+    Args:
+        slopes: of its centre by the motors, amid their ranges, shape (3, motors).
+        when_open: the same where the hand is open; fingers may cross in the middle of their ranges.
+        centres: of all tips there [m], shape (tips, 3).
+        i: which tip.
+    """
+    U, sizes, V = np.linalg.svd(when_open, full_matrices=False)
     if not len(sizes) or sizes[0] < 1e-9 or (len(sizes) > 1 and sizes[1] > _ONE_WAY * sizes[0]):
         return None
-    way = U[:, 0]
-    return np.asarray(way if way @ (np.delete(centres, i, axis=0).mean(axis=0) - centres[i]) >= 0.0 else -way)
+    others = np.delete(centres, i, axis=0).mean(axis=0) - centres[i]
+    way = slopes @ V[0] * (1.0 if U[:, 0] @ others >= 0.0 else -1.0)
+    size = float(np.linalg.norm(way))
+    return np.asarray(way / size) if size > 1e-9 else None
 
 
 def _away(centres: Array, i: int) -> Array:

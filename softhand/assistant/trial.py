@@ -29,8 +29,8 @@ PRESSING = 1.5, 0.8, 0.4
 """Least normal forces of a tip that are tried, [N]."""
 TORQUE_USE = 0.7
 """Largest share of an effort limit."""
-DEEP, CARRYING = 1e-3, 2e-3
-"""[m] by which the hull of a link, and of one that carries a tip, may be in the object: hulls are larger than links."""
+DEEP, CARRYING = 1e-3, 3e-3
+"""[m] by which the hull of a link may be in the object, and, where nothing else is found, of a link that carries a tip."""
 
 OUT_OF_REACH, IN_THE_WAY = 2, 3
 """Stages of a trial: no start at rest; a grasp at rest that is none to take, most often as links are in the box."""
@@ -55,6 +55,7 @@ class Trial:
         refusal: why it does not hold; "" if it does.
         stage: how far it came; the greater the farther.
         depths: how deep the squeeze presses each tip in [m], shape (tips,); None if it is not known.
+        is_spare: whether nothing is wrong but that links which carry tips are a little in the object.
     """
 
     draft: Draft
@@ -66,6 +67,7 @@ class Trial:
     refusal: str
     stage: int
     depths: Array | None = None
+    is_spare: bool = False
 
     @property
     def holds(self) -> bool:
@@ -139,12 +141,9 @@ class Bench:
         except SofthandError:
             found = []
         carrying = {tip.link for tip in trial.draft.tips}
-        deep = [
-            one
-            for one in found
-            if "object" in (one.one, one.other) and one.depth > (CARRYING if carrying & {one.one, one.other} else DEEP)
-        ]
-        trial = replace(trial, collisions=tuple(found))
+        deep = [one for one in found if "object" in (one.one, one.other) and one.depth > DEEP]
+        is_spare = all(one.depth <= CARRYING and carrying & {one.one, one.other} for one in deep)
+        trial = replace(trial, collisions=tuple(found), is_spare=is_spare)
         if deep:
             worst = max(deep, key=lambda one: one.depth)
             link = worst.other if worst.one == "object" else worst.one
@@ -163,7 +162,7 @@ class Bench:
             scenario = self.load(draft)
         except SofthandError as error:
             return replace(trial, refusal=str(error), stage=5)
-        trial = replace(trial, draft=draft, scenario=scenario, gains=gains)
+        trial = replace(trial, draft=draft, scenario=scenario, gains=gains, refusal="")
         if gains.growth > 0.1:
             return replace(
                 trial, refusal=f"small motions grow at {gains.growth:+.2g} 1/s with all gains that were tried", stage=6
