@@ -14,11 +14,18 @@ from softhand.assistant.block import Block
 from softhand.assistant.fingers import Fingers, TipOnBody
 from softhand.collision.shapes import corners_of
 from softhand.errors import ModelError
+from softhand.model.urdf.geometry import Purpose
+from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
 
 _POINTS = 160  # of the hull of a shape
 _SOFT = 1.02  # of the radius of a ball, within which links do not count
+
+
+def shapes_of(hand: Urdf) -> Purpose:
+    """By which shapes of a hand one sees what is in the way: visual ones where it has no others."""
+    return "collision" if hand.geometries("collision") else "visual"
 
 
 class Clearance:
@@ -30,7 +37,7 @@ class Clearance:
         self._data = model.createData()
         rng = np.random.default_rng(0)
         self._points: list[tuple[int, Array]] = []
-        for geometry in hand.geometries("collision"):
+        for geometry in hand.geometries(shapes_of(hand)):
             try:
                 points = _spread(corners_of(geometry), rng)
             except ModelError:

@@ -13,6 +13,7 @@ from softhand.analysis.summary import Summary, summarize
 from softhand.assembly.build import simulate
 from softhand.assembly.plant import read_world
 from softhand.assembly.resolve import resolve
+from softhand.assistant.clearance import shapes_of
 from softhand.assistant.draft import Draft
 from softhand.assistant.gains import Gains, find_gains
 from softhand.collision.collisions import collisions_at_start
@@ -30,7 +31,7 @@ PRESSING = 1.5, 0.8, 0.4
 TORQUE_USE = 0.7
 """Largest share of an effort limit."""
 DEEP, CARRYING = 1e-3, 3e-3
-"""[m] by which the hull of a link may be in the object, and, where nothing else is found, of a link that carries a tip."""
+"""[m] by which a link may be in the object, and, where nothing else is found, one that carries a tip."""
 
 OUT_OF_REACH, IN_THE_WAY = 2, 3
 """Stages of a trial: no start at rest; a grasp at rest that is none to take, most often as links are in the box."""
@@ -137,7 +138,8 @@ class Bench:
         """Whether the links stay outside the box."""
         assert trial.scenario is not None
         try:
-            found = collisions_at_start(resolve(trial.scenario)).found
+            setup = resolve(trial.scenario)
+            found = collisions_at_start(setup, shapes_of(setup.world.hand)).found
         except SofthandError:
             found = []
         carrying = {tip.link for tip in trial.draft.tips}
