@@ -24,6 +24,7 @@ from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
 from softhand.start.together import Together, settle_together
 
+_IN_A_PLANE = 1e-6  # smallest over largest speed of a tip that its joints move in a plane
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 
 
@@ -124,7 +125,7 @@ def solve_grasp(
             arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles, settled
         )
     except GraspError as error:
-        if error.quantity not in ("reach", "joints") or not _is_bound(world):
+        if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
             raise
         try:
             found = settle_together(
@@ -173,9 +174,18 @@ def _settled(
     return None
 
 
-def _is_bound(world: World) -> bool:
-    """Whether some finger cannot come to any point near to it, with less than three joints of its own."""
-    return world.coupling is None and any(len(own_columns(world, i)) < POINT for i in range(world.n_tips))
+def _is_bound(arm: Arm, angles: Array) -> bool:
+    """Whether some finger cannot come to any point near to it, with less than three joints or all in a plane."""
+    world = arm.world
+    if world.coupling is not None:
+        return False
+    arm.move(angles)
+    for i in range(world.n_tips):
+        columns = own_columns(world, i)
+        sizes = np.linalg.svd(arm.point_jacobian(i, arm.tip(i)[0])[:, columns], compute_uv=False)
+        if len(columns) < POINT or sizes[-1] < _IN_A_PLANE * sizes[0]:
+            return True
+    return False
 
 
 def _compiled_laws(fingertips: Sequence[Fingertip], known: Mapping[Law, CompiledLaw]) -> dict[Law, CompiledLaw]:
