@@ -34,7 +34,7 @@ class Seed(NamedTuple):
 class Postures:
     """Random postures of a hand."""
 
-    def __init__(self, fingers: Fingers, tips: Sequence[TipOnBody], frozen: Array, rest: Array) -> None:
+    def __init__(self, fingers: Fingers, tips: Sequence[TipOnBody], frozen: np.ndarray, rest: Array) -> None:
         """With all tips, and motors that stay where they rest."""
         self.fingers, self.tips, self.frozen = fingers, tips, frozen
         free = np.flatnonzero(~frozen)

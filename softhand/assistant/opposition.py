@@ -120,7 +120,7 @@ class Opposing:
         self._fingers, self._tips, self.widths = fingers, tips, widths
 
     def find(
-        self, sides: Sides, motors: Array, normal: Array, frozen: Array | None = None, pressed: Array | None = None
+        self, sides: Sides, motors: Array, normal: Array, frozen: np.ndarray | None = None, pressed: Array | None = None
     ) -> Opposition:
         """The opposition that is found from a posture.
 
@@ -168,7 +168,7 @@ class Opposing:
         missed = r[: len(used)] * _PLANE
         return Opposition(sides, state.motors, state.normal, (state.a, state.b), tips, missed, cost)
 
-    def _stepped(self, state: _State, step: Array, free: Array) -> _State:
+    def _stepped(self, state: _State, step: Array, free: np.ndarray) -> _State:
         motors = state.motors.copy()
         motors[free] = np.clip(motors[free] + step[: len(free)], self._fingers.low[free], self._fingers.high[free])
         turn = step[len(free) : len(free) + 3]
@@ -176,7 +176,7 @@ class Opposing:
         return _State(motors, normal / np.linalg.norm(normal), state.a + step[-2], state.b + step[-1])
 
     def _errors(
-        self, sides: Sides, used: Sequence[TipOnBody], reach: Array, state: _State, free: Array
+        self, sides: Sides, used: Sequence[TipOnBody], reach: Array, state: _State, free: np.ndarray
     ) -> tuple[Array, Array]:
         """What is missed, each in its own measure, and its slopes by motors, turn of u, a and b."""
         fingers, signs, count = self._fingers, sides.signs, sides.count

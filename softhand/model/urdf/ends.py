@@ -115,7 +115,7 @@ def end_of(hand: Urdf, model: pin.Model, leader: str) -> FingerEnd:
     base = model.frames[model.getFrameId(leader)].placement
     shapes: dict[str, list] = {name: [] for name in members}
     for purpose in ("collision", "visual"):
-        of_purpose = [shape for shape in hand.geometries(purpose) if shape.link in shapes]  # type: ignore[arg-type]
+        of_purpose = [shape for shape in hand.geometries(purpose) if shape.link in shapes]
         for shape in of_purpose:
             shapes[shape.link].append(shape)
         if any(map(len, map(shape_points, shapes.values()))):
