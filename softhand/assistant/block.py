@@ -84,7 +84,7 @@ def fit_block(opposition: Opposition, tips: list[TipOnBody], margin: float) -> B
     if count == 2:
         extent[1] += 2.0 * _HANGING
         middle[1] -= _HANGING
-    width = round(opposition.width, 5)
+    width = round(float(opposition.width), 5)
     size = (width, *(math.ceil(1e3 * value - 1e-6) / 1e3 for value in extent))
     position = axes @ np.array([0.5 * sum(opposition.planes), *middle])
     points = np.column_stack([0.5 * width * sides.signs, along[:, 1:] - middle])
