@@ -34,9 +34,9 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "grasps": (
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
-        ("grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal", "place_object", "Placement",
-         "workspace", "Workspace", "squeeze", "Squeeze", "SqueezeCurve", "slip_margin", "SlipMargin",
-         "worst_push", "WorstPush"),
+        ("new_scenario", "NewScenario", "grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal",
+         "place_object", "Placement", "workspace", "Workspace", "squeeze", "Squeeze", "SqueezeCurve", "slip_margin",
+         "SlipMargin", "worst_push", "WorstPush"),
     ),
     "analysis": (
         "Analysis",

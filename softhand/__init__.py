@@ -25,6 +25,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.assembly.build import simulate as simulate
     from softhand.assembly.measurement_noise import MeasurementNoise as MeasurementNoise
     from softhand.assembly.measurement_noise import measurement_noise as measurement_noise
+    from softhand.assistant.new_scenario import NewScenario as NewScenario
+    from softhand.assistant.new_scenario import new_scenario as new_scenario
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
     from softhand.checks.check import check as check
@@ -129,6 +131,7 @@ _HOMES = {
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
     "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
+    "assistant.new_scenario": ("NewScenario", "new_scenario"),
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),

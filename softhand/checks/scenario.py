@@ -13,6 +13,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
+from softhand.checks.tip_axes import doubts_of_tip_axes
 from softhand.collision.collisions import collisions_at_start
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
@@ -22,7 +23,7 @@ from softhand.dampings.damping import Damping
 from softhand.margins.growing import growing
 from softhand.model.shapes.shape import CurvedShape
 from softhand.model.urdf.urdf import Urdf
-from softhand.model.world import World, slides_of
+from softhand.model.world import World, joints_of, slides_of
 from softhand.numerics.record import Record
 from softhand.numerics.spatial import rotation_of
 from softhand.plant.plant import Plant
@@ -88,6 +89,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
         *_of_hand(scenario, world.hand),
         *_of_urdf(world.object),
         *_of_start(setup, simulation, observation, frequency),
+        *doubts_of_tip_axes(world, joints_of(world, simulation.state.q)),
         *colliding.warnings,
         *doubts_of_target(setup),
         *unread(setup),

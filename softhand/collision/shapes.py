@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import coal
@@ -44,10 +46,19 @@ def as_coal(geometry: Geometry) -> coal.ShapeBase:
         return coal.Cylinder(*size)
     if geometry.kind == "capsule":
         return coal.Capsule(*size)
-    found = hull_of(_vertices_of(geometry))
+    found = _hull_of_mesh(*_key(geometry))
     if found is None:
         raise ModelError(f'filename="{geometry.filename}": too thin to have a convex hull.', file=geometry.filename)
     return found
+
+
+def corners_of(geometry: Geometry) -> Array:
+    """Corners of the hull of a shape, or of a polytope within a curved one, about its own origin [m], shape (n, 3).
+
+    Raises:
+        ModelError: the mesh is not there, or cannot be read.
+    """
+    return _hull_corners(*_key(geometry)) if geometry.kind == "mesh" else _corners_of(geometry.kind, geometry.size)
 
 
 def outside(geometry: Geometry, balls: Sequence[SoftBall]) -> coal.Convex | None:
@@ -61,12 +72,11 @@ def outside(geometry: Geometry, balls: Sequence[SoftBall]) -> coal.Convex | None
         geometry: placed in the frame of the joint.
         balls: likewise.
     """
-    points = _vertices_of(geometry) @ geometry.rotation.T + geometry.position
-    for ball in balls:
-        if not len(points):
-            return None
-        points = _ends_outside(points, ball)
-    return hull_of(points)
+    return _outside(
+        geometry.kind, tuple(geometry.size.tolist()), _key(geometry) if geometry.kind == "mesh" else None,
+        geometry.rotation.tobytes(), geometry.position.tobytes(),
+        tuple((tuple(np.asarray(ball.centre, dtype=float).tolist()), float(ball.radius)) for ball in balls),
+    )  # fmt: skip
 
 
 def hull_of(points: Array) -> coal.Convex | None:
@@ -97,13 +107,13 @@ def _qhull(points: Array) -> Any:
         return None
 
 
-def _ends_outside(points: Array, ball: SoftBall) -> Array:
+def _ends_outside(points: Array, centre: Array, radius: float) -> Array:
     """Ends of the parts of the edges of the hull of points that lie outside a ball, shape (n, 3)."""
-    hull, radius = _qhull(points), _ROUNDED * ball.radius
+    hull, radius = _qhull(points), _ROUNDED * radius
     if hull is None:
-        return points[np.linalg.norm(points - ball.centre, axis=1) > radius]
+        return points[np.linalg.norm(points - centre, axis=1) > radius]
     edges = np.unique(np.sort(hull.simplices[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-    start, way = points[edges[:, 0]] - ball.centre, points[edges[:, 1]] - points[edges[:, 0]]
+    start, way = points[edges[:, 0]] - centre, points[edges[:, 1]] - points[edges[:, 0]]
     a, b, c = np.sum(way**2, 1), np.sum(start * way, 1), np.sum(start**2, 1) - radius**2  # |start + t way| = radius
     root = np.sqrt(np.maximum(b**2 - a * c, 0.0))
     cuts = [
@@ -111,20 +121,15 @@ def _ends_outside(points: Array, ball: SoftBall) -> Array:
         for time in ((-b - root) / a, (-b + root) / a)
         for here in [(b**2 > a * c) & (time > 0.0) & (time < 1.0)]
     ]
-    corners = points[hull.vertices] - ball.centre
-    return np.concatenate([corners[np.linalg.norm(corners, axis=1) > radius], *cuts]) + ball.centre
+    corners = points[hull.vertices] - centre
+    return np.concatenate([corners[np.linalg.norm(corners, axis=1) > radius], *cuts]) + centre
 
 
-def _vertices_of(geometry: Geometry) -> Array:
-    """Corners of the shape, or of a polytope within a curved one, about its own origin, shape (n, 3)."""
-    size = geometry.size
-    if geometry.kind == "box":
-        return 0.5 * size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    if geometry.kind == "mesh":
-        if geometry.file is None:
-            raise ModelError(f'filename="{geometry.filename}": there is no such mesh.', file=geometry.filename)
-        return read_mesh(geometry.file, size, _MOST_TRIANGLES).vertices
-    if geometry.kind == "cylinder":
+def _corners_of(kind: str, size: Array) -> Array:
+    """Corners of a plain shape, or of a polytope within a curved one, about its own origin, shape (n, 3)."""
+    if kind == "box":
+        return np.asarray(0.5 * size * np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T)
+    if kind == "cylinder":
         angle = 2.0 * np.pi * np.arange(_SECTORS) / _SECTORS
         ring = size[0] * np.stack([np.cos(angle), np.sin(angle), np.zeros(_SECTORS)], axis=1)
         return np.concatenate([ring - _up(size[1]), ring + _up(size[1])])
@@ -132,9 +137,53 @@ def _vertices_of(geometry: Geometry) -> Array:
     z, angle = 1.0 - 2.0 * k / _DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
     across = np.sqrt(1.0 - z**2)
     ball: Array = size[0] * np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
-    if geometry.kind == "capsule":
+    if kind == "capsule":
         return np.concatenate([ball - _up(size[1]), ball + _up(size[1])])
     return ball
+
+
+_Key = tuple[Path, tuple[int, int], tuple[float, ...]]
+
+
+def _key(geometry: Geometry) -> _Key:
+    """A mesh as it is on disk: file, when it was written and how long it is, scale."""
+    if geometry.file is None:
+        raise ModelError(f'filename="{geometry.filename}": there is no such mesh.', file=geometry.filename)
+    try:
+        status = geometry.file.stat()
+    except OSError as error:
+        raise ModelError(f'filename="{geometry.filename}": {error.strerror}.', file=geometry.filename) from error
+    return geometry.file, (status.st_mtime_ns, status.st_size), tuple(geometry.size.tolist())
+
+
+# What is made of meshes is kept: a hand is looked at again and again, with other objects and other postures.
+
+
+@lru_cache(maxsize=128)
+def _hull_corners(file: Path, written: tuple[int, int], scale: tuple[float, ...]) -> Array:
+    """Corners of the hull of a mesh, or all of it if that is flat."""
+    vertices = read_mesh(file, np.array(scale), _MOST_TRIANGLES).vertices
+    hull = _qhull(vertices)
+    return vertices if hull is None else vertices[hull.vertices]
+
+
+@lru_cache(maxsize=128)
+def _hull_of_mesh(file: Path, written: tuple[int, int], scale: tuple[float, ...]) -> coal.Convex | None:
+    return hull_of(_hull_corners(file, written, scale))
+
+
+@lru_cache(maxsize=128)
+def _outside(
+    kind: str, size: tuple[float, ...], mesh: _Key | None, rotation: bytes, position: bytes,
+    balls: tuple[tuple[tuple[float, ...], float], ...],
+) -> coal.Convex | None:  # fmt: skip
+    corners = _hull_corners(*mesh) if mesh else _corners_of(kind, np.array(size))
+    points = corners @ np.frombuffer(rotation).reshape(3, 3).T + np.frombuffer(position)
+    for centre, radius in balls:
+        if not len(points):
+            return None
+        points = _ends_outside(points, np.array(centre), radius)
+    return hull_of(points)
 
 
 def _up(length: float) -> Array:

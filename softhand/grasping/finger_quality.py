@@ -97,7 +97,7 @@ def judge_finger(
     """
     world = arm.world
     columns, own = list(world.tips[index].columns), own_columns(world, index)
-    if world.coupling is not None:  # no finger moves by itself
+    if world.coupling is not None or not own:  # no finger moves by itself, or this one is the fixed jaw of an arm
         own = columns
     lower, upper = world.position_limits
     centre, slides = arm.tip(index)[0], slides_of(world)
@@ -115,7 +115,7 @@ def judge_finger(
         joint_names=tuple(world.joint_names[column] for column in columns),
         slides=slides[columns],
         missing=float(posture.missing[index]),
-        stretch=float(np.linalg.norm(centre - chain[0])) / length,
+        stretch=float(np.linalg.norm(centre - chain[0])) / length if length else 0.0,
         length=length,
         angles=posture.angles[columns],
         reserve=np.minimum(posture.angles - lower, upper - posture.angles)[columns],

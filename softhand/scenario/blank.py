@@ -132,7 +132,7 @@ def blank_scenario(urdf: Path, file: Path) -> Blank:
     Raises:
         ModelError: the URDF cannot be read as a hand, or it has fewer than two ends.
     """
-    hand, remedies = _read(urdf)
+    hand, remedies = read_hand(urdf)
     ends = _ends(hand)
     if len(ends) < 2:
         raise ModelError(
@@ -164,8 +164,12 @@ def _search(hand: Urdf, name: str) -> str:
     return _BY_HAND.format(name=name, motors=", ".join(motors))
 
 
-def _read(urdf: Path) -> tuple[Urdf, list[str]]:
-    """The hand, and the lines of a scenario that it needs for that."""
+def read_hand(urdf: Path) -> tuple[Urdf, list[str]]:
+    """A hand, and the lines of a scenario without which its URDF would be refused.
+
+    Raises:
+        ModelError: it cannot be read as a hand with these either.
+    """
     found = examine(read_text(urdf), urdf, HAND, urdf.parent)
     kinds = {finding.kind for finding in found.findings if finding.is_error} & set(_REMEDIES)
     role = replace(

@@ -13,17 +13,19 @@ from softhand.contact.pads import Fingertip, memory_size
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
+from softhand.model.chain import POINT
 from softhand.model.joined import shared_columns
 from softhand.model.shapes.face import Face
-from softhand.model.world import World
+from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
-from softhand.start.together import settle_together
+from softhand.start.together import Together, settle_together
 
+_IN_A_PLANE = 1e-6  # smallest over largest speed of a tip that its joints move in a plane
 ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 
 
@@ -114,25 +116,31 @@ def solve_grasp(
         check_friction(
             tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
         )
-    angles = initial_joints(world, joint_guess)
-    arm = Arm(world)
+    guess = initial_joints(world, joint_guess)
+    angles, arm = guess.copy(), Arm(world)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
     code = _compiled_laws(fingertips, known or {})
     settled = [Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i]) for i in range(nc)]
-    if world.coupling is not None:
-        found = settle_together(
-            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled
+    try:
+        if reach == "all" and world.coupling is None and shared_columns(world.tips):
+            place_palm(arm, fingertips, points, rotation, angles)
+        found = _settled(
+            arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles, settled
         )
+    except GraspError as error:
+        if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
+            raise
+        try:
+            found = settle_together(
+                arm, fingertips, code, contact_points, internal_force, position, rotation, guess, settled
+            )
+        except GraspError:
+            raise error from None
+    if found is not None:
         angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
         points = list(position + found.points @ rotation.T)
-    else:
-        if reach == "all" and shared_columns(world.tips):
-            place_palm(arm, fingertips, points, rotation, angles)
-        for i, fingertip in enumerate(fingertips):
-            frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
-            settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled[i])
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()
@@ -145,6 +153,44 @@ def solve_grasp(
     memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
     state = State(q, np.zeros(world.nv), memory)
     return Grasp(state, deformation, contact_force, contact_angles, use)
+
+
+def _settled(
+    arm: Arm,
+    fingertips: Sequence[Fingertip],
+    code: Mapping[Law, CompiledLaw],
+    contact_points: Sequence[ArrayLike],
+    internal_force: ArrayLike,
+    points: Sequence[Array],
+    position: Array,
+    rotation: Array,
+    forces: Array,
+    angles: Array,
+    settled: Sequence[Settled],
+) -> Together | None:
+    """All fingers at once where their joints are coupled; else each by itself, which sets the angles."""
+    if arm.world.coupling is not None:
+        return settle_together(
+            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled
+        )
+    for i, fingertip in enumerate(fingertips):
+        frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])
+        settle_finger(arm, i, fingertip, code.get(fingertip.law), points[i], frame, forces[i], angles, settled[i])
+    return None
+
+
+def _is_bound(arm: Arm, angles: Array) -> bool:
+    """Whether some finger cannot come to any point near to it, with less than three joints or all in a plane."""
+    world = arm.world
+    if world.coupling is not None:
+        return False
+    arm.move(angles)
+    for i in range(world.n_tips):
+        columns = own_columns(world, i)
+        sizes = np.linalg.svd(arm.point_jacobian(i, arm.tip(i)[0])[:, columns], compute_uv=False)
+        if len(columns) < POINT or sizes[-1] < _IN_A_PLANE * sizes[0]:
+            return True
+    return False
 
 
 def _compiled_laws(fingertips: Sequence[Fingertip], known: Mapping[Law, CompiledLaw]) -> dict[Law, CompiledLaw]:

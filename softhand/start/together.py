@@ -1,4 +1,4 @@
-"""All fingers of a hand with coupled joints at their contacts at once: no finger can be solved by itself."""
+"""All fingers of a hand at their contacts at once: with coupled joints no finger can be solved by itself."""
 
 from __future__ import annotations
 
@@ -224,9 +224,10 @@ class _Fit:
 
     def _refuse(self, inward: Array, gap: float) -> None:
         world = self._arm.world
-        assert world.coupling is not None
-        coupled = ", ".join(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
-        how = f"with {world.n_joints} motor{' that moves' if world.n_joints == 1 else 's that move'} {coupled} too"
+        how = f"with {world.n_joints} joints"
+        if world.coupling is not None:
+            coupled = ", ".join(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
+            how = f"with {world.n_joints} motor{' that moves' if world.n_joints == 1 else 's that move'} {coupled} too"
         if gap > REACHED:
             depth, _, _, _ = self._errors(self.angles, self._moved, inward)
             i = int(np.argmax(np.abs(depth)))
