@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from softhand.envs.rendering import Renderer
+from softhand.numerics.arrays import Array
 from softhand.recording.recorded import read_scenario
 from softhand.simulation.simulation import Simulation
 from softhand.viewer.browser.browser import Browser
@@ -35,7 +36,7 @@ class Pictures(Renderer):
         moment = observed_moment(seen, self._mirror.simulation.plant)
         if self._stage is None:
             self._stage = _Stage(self._mirror.simulation, moment)
-        return self._stage.picture(moment)
+        return self._stage.picture(moment, np.where(seen.is_slipping != 0, 0.0, np.inf))
 
     def close(self) -> None:
         """Chromium ends."""
@@ -53,19 +54,20 @@ class _Stage(Page):
         words = Words.of(read_scenario(simulation.scenario))
         self._count, self._frame = 0, b""
         super().__init__(scene, describe(scene, scene.extent([first]), words, None), LOOPBACK, DEFAULT_PORT)
-        self._draw(first)
+        self._draw(first, np.full(len(first.friction_use), np.inf))
         self._browser = browser.__enter__()
         self._page = self._browser.page(*SIZE)
         self._page.open(self.address)
         self._wait()
         self._page.evaluate(
             "for (const id of ['panel', 'curves', 'player', 'slip']) document.getElementById(id).style.display = 'none';"
-            "document.getElementById('view').style.inset = 0; window.dispatchEvent(new Event('resize'))"
+            "document.getElementById('view').style.inset = 0; window.dispatchEvent(new Event('resize'));"
+            "softhand.stage.orbit.view('3-D')"
         )
 
-    def picture(self, moment: Moment) -> NDArray[np.uint8]:
-        """Of a moment."""
-        self._draw(moment)
+    def picture(self, moment: Moment, since_slip: Array) -> NDArray[np.uint8]:
+        """Of a moment; `since_slip` is the time since each tip slipped [s]."""
+        self._draw(moment, since_slip)
         self._wait()
         return np.array(Image.open(io.BytesIO(self._page.screenshot())).convert("RGB"))
 
@@ -74,9 +76,9 @@ class _Stage(Page):
         self._browser.close()
         super().close(message)
 
-    def _draw(self, moment: Moment) -> None:
+    def _draw(self, moment: Moment, since_slip: Array) -> None:
         """The next frame, told by its number in the place of its time."""
-        past = Past(np.array([moment.contact_on_object]), np.where(moment.is_slipping != 0, 0.0, np.inf))
+        past = Past(np.array([moment.contact_on_object]), since_slip)
         self._frame = encode(self._scene, self._count + 1.0, self._scene.draw(moment, past), readings(moment))
         self._count += 1
 
