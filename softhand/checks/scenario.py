@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from softhand.assembly.build import assemble
+from softhand.assembly.collisions import collisions_at_start
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
-from softhand.collision.collisions import collisions_at_start
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
 from softhand.contact.pads import Ball

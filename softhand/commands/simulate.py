@@ -208,7 +208,7 @@ def _print_summary(
 
     from softhand.analysis.energy import energy_ledger
     from softhand.analysis.summary import summarize
-    from softhand.collision.collisions import with_collisions
+    from softhand.assembly.collisions import with_collisions
 
     summary = summarize(recording)
     events = with_collisions(recording, summary.events)

@@ -14,7 +14,7 @@ from pydantic import model_validator
 from softhand.errors import ScenarioError
 from softhand.numerics.table import folded, html_table
 from softhand.scenario.agreement import check_counts, check_opening, check_times, check_tips
-from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
+from softhand.scenario.bodies import CollisionSection, HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
 from softhand.scenario.instruments import ActuationSection, SensingSection, check_loop, check_variables
@@ -58,6 +58,8 @@ class Scenario(Settings):
     """What the object may stand on, if anything."""
     palm: tuple[PalmSection, ...] = ()
     """What else of the hand the object may lie on."""
+    collision: CollisionSection | None = None
+    """What becomes of a run in which links collide; they are told after it if not given."""
     controller: ControllerSection
     """What sets the joint torques."""
     reference: ReferenceSection

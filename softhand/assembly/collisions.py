@@ -73,9 +73,15 @@ def collisions(
 def collisions_at_start(setup: Setup, shapes: Purpose = "collision") -> Collisions:
     """Those of the start of a scenario that is resolved. Raises as `collisions`."""
     world, q = setup.world, setup.grasp.state.q
-    situation = _situation(setup.asked, world.hand, world.object, [tip.law.radius for tip in setup.fingertips], shapes)
+    situation = situation_of(setup, shapes)
     angles, position, rotation = joints_of(world, q), world.object_position(q), world.object_rotation(q)
     return _search(situation, np.zeros(1), angles[None], position[None], rotation[None], 1)
+
+
+def situation_of(setup: Setup, shapes: Purpose = "collision") -> Situation:
+    """Whose collisions are looked for, of a scenario that is resolved."""
+    radii = [tip.law.radius for tip in setup.fingertips]
+    return _situation(setup.asked, setup.world.hand, setup.world.object, radii, shapes)
 
 
 def with_collisions(recording: Recording, events: Sequence[Event]) -> list[Event]:
