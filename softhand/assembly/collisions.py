@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.obstacles import read_obstacles
 from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_coupling
 from softhand.assembly.probe import recorded_scenario
@@ -129,6 +130,7 @@ def _situation(scenario: Scenario, hand: Urdf, held: Urdf, radii: Sequence[float
         list(zip(scenario.hand.names, radii, strict=True)),
         [(f"palm {k}", palm.frame, palm.position, palm.radius) for k, palm in enumerate(scenario.palm, 1)],
         None if table is None else table_plane(table.height, table.normal),
+        [(obstacle.name, obstacle.shape) for obstacle in read_obstacles(scenario.obstacle)],
         scenario.object.ellipsoid,
         read_coupling(scenario.hand.coupling),
         scenario.fingertip.tips_touch,

@@ -37,8 +37,8 @@ def _known(setup: Setup) -> Any:
     asked, world = setup.asked, setup.world
     radii = [tip.law.radius for tip in setup.fingertips]
     return (
-        (asked.collision, asked.control_period, asked.hand, asked.table, asked.palm, asked.fingertip.tips_touch),
-        (asked.object.ellipsoid, radii, world.hand.text, world.object.text),
+        (asked.collision, asked.control_period, asked.hand, asked.table, asked.palm, asked.obstacle),
+        (asked.fingertip.tips_touch, asked.object.ellipsoid, radii, world.hand.text, world.object.text),
     )
 
 

@@ -18,7 +18,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp
 
 _OF_BODY = ("urdf", "ellipsoid", "hull")
-_OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm"}
+_OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm", "obstacle"}
 
 
 class Variations:
@@ -80,7 +80,7 @@ class Variations:
         world = load_world(self._hand, replace(self._object, mass=now.object.mass), now.gravity, base.world.shape)
         fingertips = self._fingertips(now, world, changed)
         supports = base.supports
-        if changed & {"fingertip", "table", "palm"}:
+        if changed & {"fingertip", "table", "palm", "obstacle"}:
             supports = read_supports(now, world, fingertips)
         grasp = _copy(base.grasp)
         if changed & _OF_START:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -240,6 +241,9 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     for name in names:
         if name.startswith("palm"):
             yield name, "meets the object"
+    places = Counter(support.of for support in plant.supports if support.of)
+    for name, count in places.items():
+        yield name, f"meets the object at {count} place{'s' * (count > 1)}"
     pairs = [support.name for support in plant.supports if isinstance(support.shape, Ball)]
     if pairs:
         yield "tips meet each other", ", ".join(pairs)
