@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.analysis.summary import summarize as summarize
     from softhand.assembly.build import build as build
     from softhand.assembly.build import simulate as simulate
+    from softhand.assembly.collisions import collisions as collisions
     from softhand.assembly.measurement_noise import MeasurementNoise as MeasurementNoise
     from softhand.assembly.measurement_noise import measurement_noise as measurement_noise
     from softhand.assistant.new_scenario import NewScenario as NewScenario
@@ -36,7 +37,6 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.closed_loop.linearize import linearize_plant as linearize_plant
     from softhand.closed_loop.lyapunov import Lyapunov as Lyapunov
     from softhand.closed_loop.lyapunov import lyapunov as lyapunov
-    from softhand.collision.collisions import collisions as collisions
     from softhand.collision.record import Collision as Collision
     from softhand.collision.record import Collisions as Collisions
     from softhand.controllers import blocks as blocks
@@ -139,7 +139,7 @@ _HOMES = {
     "closed_loop.grasp_stiffness": ("GraspStiffness", "grasp_stiffness"),
     "closed_loop.linearize": ("LinearModel", "linearize_plant"),
     "closed_loop.lyapunov": ("Lyapunov", "lyapunov"),
-    "collision.collisions": ("collisions",),
+    "assembly.collisions": ("collisions",),
     "collision.record": ("Collision", "Collisions"),
     "margins.along": ("StabilityAlong", "stability_along"),
     "margins.margins": ("Margins",),

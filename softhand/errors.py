@@ -69,7 +69,7 @@ class SimulationStopped(SofthandError):
     """All that was computed; None outside of `Simulation.run`."""
     reason: str = ""
     """One word: `flat`, `apex`, `rim`, `law`, `diverged`, `controller`, `reference`, `stepper`, `given up`,
-    `interrupted`, `lost`."""
+    `interrupted`, `lost`, `collision`."""
     time: float = 0.0
     """Of the last good sample [s]."""
     finger: str = ""

@@ -14,11 +14,14 @@ from commands import run_command
 from hands import BOX_URDF
 
 import softhand
-from softhand.collision.collisions import with_collisions
+from softhand.assembly.collisions import situation_of, with_collisions
+from softhand.assembly.resolve import resolve
 from softhand.collision.distances import distance
+from softhand.collision.lookout import Lookout
+from softhand.collision.pairs import list_pairs
 from softhand.collision.search import Search
 from softhand.collision.shapes import SoftBall, outside
-from softhand.collision.solids import Solid
+from softhand.collision.solids import Solid, read_cast
 from softhand.commands.simulate import _save
 from softhand.model.urdf.geometry import Geometry
 from softhand.recording.events import events_as_text, find_events
@@ -315,3 +318,81 @@ def test_no_shipped_scenario_starts_in_a_collision(name: str) -> None:
     found = softhand.collisions(name, shapes=shapes)  # type: ignore[arg-type]
     assert found.found == []
     assert 0.0 < found.clearance < 0.05
+
+
+ENDING = {"duration": 0.7, "collision.ends_run": True}
+
+
+def test_collision_ends_a_run_in_both_loops() -> None:
+    """At the first look at which two are too deep in each other: that sample is kept, and no step follows."""
+    scenario = softhand.load_scenario("allegro-box", ENDING)
+    with pytest.raises(softhand.SimulationStopped, match=r"link_6\.0 is 0\.0192 mm deep in object") as stop:
+        softhand.simulate(scenario)
+    recording = stop.value.recording
+    (one,) = softhand.collisions(recording).found
+    assert (stop.value.reason, stop.value.time, recording.time[-1]) == ("collision", 0.64, 0.64)
+    assert (one.begin, one.end) == (pytest.approx(0.639), pytest.approx(0.64))
+    assert one.depth == pytest.approx(1.92e-5, abs=1e-7)
+    assert not recording.complete
+    runs = softhand.rollout(scenario, {"collision.depth": [1e-5, 1e-3]}, every=0.01)
+    assert runs.compiled.all()
+    assert [(end.reason, end.time) for end in runs.outcomes] == [("collision", 0.64), ("finished", 0.7)]
+    np.testing.assert_allclose(runs.object_position[0, :65], recording.object_position[::10], rtol=0.0, atol=1e-12)
+    assert np.isnan(runs.object_position[0, 65:]).all()
+
+
+def test_lookout_sees_what_all_pairs_have(rng: np.random.Generator) -> None:
+    """The deepest of all pairs, one by one, at angles within the limits and a hand in the table now and then."""
+    setup = resolve(softhand.load_scenario("allegro-box", {"table": table(-0.08, (0.3, -0.2, 1.0))["table"]}))
+    situation = situation_of(setup)
+    lookout, cast = Lookout(situation, 2e-3), read_cast(situation)
+    pairs, _ = list_pairs(cast)
+    lower, upper = setup.world.position_limits
+    seen = []
+    for _ in range(20):
+        angles = lower + (0.2 + 0.6 * rng.uniform(size=len(lower))) * (upper - lower)
+        position, rotation = (
+            np.array([0.0, 0.0, 0.15]) + rng.normal(0.0, 0.08, 3),
+            pin.rpy.rpyToMatrix(*rng.normal(size=3)),
+        )
+        R, p = cast.kinematics.poses(angles[None], position[None], rotation[None])
+        depths = {(a.name, b.name): -distance(a, b, R[0], p[0]) for a, b in pairs}
+        worst = max(depths, key=depths.__getitem__)
+        found = lookout.deepest(angles, position, rotation)
+        seen.append(found and found.other)
+        if depths[worst] > 2e-3:
+            assert found is not None
+            assert found.depth == pytest.approx(depths[worst], abs=1e-6)
+        else:
+            assert found is None
+    assert len(set(seen)) >= 3, seen
+
+
+def test_collision_at_the_start_ends_a_run_there() -> None:
+    """Also one that is driven by hand: its first sample is there, its first step is refused, however often."""
+    simulation = softhand.build("pinch", overrides={**table(0.0), "collision.shapes": "visual", "collision.depth": 0.0})
+    for _ in range(2):
+        simulation.reset()
+        simulation.sample()
+        with pytest.raises(softhand.SimulationStopped, match=r"deep in table.*t = 0 s"):
+            simulation.step()
+        assert simulation.time == 0.0
+    bare = {"collision": {"ends_run": False}, "duration": 0.01}
+    assert softhand.simulate("target-a", overrides=bare).complete  # no shapes are asked for
+
+
+def test_ending_needs_shapes_and_sound_settings() -> None:
+    with pytest.raises(softhand.ModelError, match="no link of the hand has a <collision> shape"):
+        softhand.build("target-a", overrides={"collision.ends_run": True})
+    assert softhand.build("target-a", overrides={"collision.ends_run": True, "collision.shapes": "visual"})
+    for key, value in (("depth", -1e-3), ("every", 0.0), ("depth", float("nan")), ("shapes", "looks"), ("end_run", 1)):
+        with pytest.raises(softhand.ScenarioError, match=f"collision.{key}"):
+            softhand.load_scenario("target-a", {f"collision.{key}": value})
+
+
+def test_command_tells_and_fails(tmp_path: Path) -> None:
+    said = run_command("simulate", "allegro-box", "--set", "duration=0.7", "--set", "collision.ends_run=true",
+                       "--no-plot", "--out", "out", folder=tmp_path)  # fmt: skip
+    assert said.returncode == 1
+    assert "collision.ends_run ends the run there" in said.stderr
+    assert (tmp_path / "out" / "run.nc").exists()

@@ -301,13 +301,17 @@ def test_arrows_of_the_table_carry_the_object(lift):
 
 
 def test_arrows_of_other_supports_are_the_force_on_their_base(lift):
-    """Of a palm that on the object, of two tips that on the second one: as recorded, the table's the other way."""
+    """Of a palm that on the object, of two tips that on the second one: as recorded; table and walls the other way."""
     moment = dataclasses.replace(
-        recorded_moment(lift, 10), support_point=np.zeros((2, 3)), support_force=np.tile([0.0, 3.0, 4.0], (2, 1))
+        recorded_moment(lift, 10), support_point=np.zeros((4, 3)), support_force=np.tile([0.0, 3.0, 4.0], (4, 1))
     )
-    palm, table = Supports(["palm 1", "table finger_1_tip"], 0.01, 0.001).update(moment, Past.none(3))[::2]
+    names = ["palm 1", "table finger_1_tip", "wall corner 3", "wall's corner 3"]
+    arrows = Supports(names, ["wall"], 0.01, 0.001).update(moment, Past.none(3))[::2]
+    palm, table, ours, theirs = arrows
     np.testing.assert_allclose(palm.pose[:3, 2] / np.linalg.norm(palm.pose[:3, 2]), [0.0, 0.6, 0.8])
     np.testing.assert_allclose(table.pose[:3, 2] / np.linalg.norm(table.pose[:3, 2]), [0.0, -0.6, -0.8])
+    np.testing.assert_allclose(ours.pose[:3, 2], table.pose[:3, 2])
+    np.testing.assert_allclose(theirs.pose[:3, 2], palm.pose[:3, 2])
 
 
 def test_supports_are_a_layer_only_where_there_are_some(scene, lift):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from softhand.assembly.guard import read_guard
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
@@ -70,6 +71,7 @@ def assemble(setup: Setup) -> Simulation:
         keep=_kept(scenario),
         sensing=setup.sensing,
         actuation=setup.actuation,
+        guard=read_guard(setup),
     )
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from softhand.assembly.obstacles import check_clear, read_obstacles
 from softhand.assembly.parts import read_fingertips
+from softhand.contact.obstacles import object_on_obstacle
 from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import object_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
 from softhand.laws.law import CompiledLaw, Law
@@ -83,7 +85,8 @@ def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingert
     """What may touch in a scenario beside the fingertips on the object.
 
     Raises:
-        ModelError: a palm is on a frame that the hand does not have.
+        ModelError: a palm is on a frame that the hand does not have, or the object cannot meet an obstacle.
+        ScenarioError: an obstacle cannot be.
     """
     supports, table = [], scenario.table
     if table is not None:
@@ -94,6 +97,8 @@ def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingert
         supports += tips_on_tips(world, fingertips)
     for k, palm in enumerate(scenario.palm):
         supports.append(pad_on_hand(world, f"palm {k + 1}", **palm.model_dump()))
+    for obstacle in read_obstacles(scenario.obstacle):
+        supports += object_on_obstacle(world, obstacle)
     return supports
 
 
@@ -123,11 +128,15 @@ def solve_start(
 
     Raises:
         GraspError: there is none.
+        ScenarioError: the object is in an obstacle there.
     """
     section, position, rotation = scenario.grasp, scenario.object.position, rotation_of(scenario.object.rpy)
     points, guess, reach = section.contact_points, section.joint_guess, section.reach
     if section.opening:
-        return solve_open_start(
+        grasp = solve_open_start(
             world, fingertips, points, section.opening, position, rotation, supports, guess, reach, section.standoff
         )
-    return solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known, reach)
+    else:
+        grasp = solve_grasp(world, fingertips, points, section.internal_force, position, rotation, guess, known, reach)
+    check_clear(scenario.obstacle, world, grasp.state.q)
+    return grasp

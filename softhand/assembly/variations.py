@@ -19,7 +19,7 @@ from softhand.start.grasp import Grasp
 from softhand.steppers.stepper import check_friction
 
 _OF_BODY = ("urdf", "ellipsoid", "hull")
-_OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm"}
+_OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm", "obstacle"}
 
 
 class Variations:
@@ -82,7 +82,7 @@ class Variations:
         world = load_world(self._hand, replace(self._object, mass=now.object.mass), now.gravity, base.world.shape)
         fingertips = self._fingertips(now, world, changed)
         supports = base.supports
-        if changed & {"fingertip", "table", "palm"}:
+        if changed & {"fingertip", "table", "palm", "obstacle"}:
             supports = read_supports(now, world, fingertips)
         grasp = _copy(base.grasp)
         if changed & _OF_START:

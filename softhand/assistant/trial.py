@@ -16,7 +16,7 @@ from softhand.assembly.resolve import resolve
 from softhand.assistant.clearance import shapes_of
 from softhand.assistant.draft import Draft
 from softhand.assistant.gains import Gains, find_gains
-from softhand.collision.collisions import collisions_at_start
+from softhand.assembly.collisions import collisions_at_start
 from softhand.collision.record import Collision
 from softhand.errors import SofthandError
 from softhand.grasping.quality import GraspQuality, quality_in

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from softhand.assembly.guard import guard_after, read_guard
 from softhand.assembly.parts import read_start
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import PERIODS, Asked
@@ -127,6 +128,7 @@ class CompiledRun:
         scenario = setup.asked
         self._setup, self.keep, self._asked = setup, keep, asked
         self._asked_for: Any = None
+        self._guard = read_guard(setup)
         self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
         self._state = plant.with_supports(setup.grasp.state).copy()
         self._follow(setup)
@@ -258,6 +260,7 @@ class CompiledRun:
         self._follow(setup)
         if self._motion.now.size + self._motion.twist.size != plan.now.size:
             return False
+        self._guard = guard_after(setup, self._setup, self._guard)
         is_other, self._setup = setup is not self._setup, setup
         plan.now[:] = self.table(0, 0)[0, 1:]
         observation = self._observe()
@@ -313,20 +316,30 @@ class CompiledRun:
         self.periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
 
     def go(self, is_stopped: Callable[[], bool], periods: int = PERIODS) -> Result:
-        """Run to the end, or until somebody says stop, which is asked every so many control periods, at most 500."""
-        progress, period = self.plan.progress, self._setup.asked.control_period
+        """Run to the end, or until somebody says stop, which is asked every so many control periods, at most 500.
+
+        A guard is asked in Python, between calls of the compiled loop that are so much shorter; where it ends the run
+        the sample of that period is still taken, and no step follows it.
+        """
+        progress, period, stop = self.plan.progress, self._setup.asked.control_period, None
+        stride = periods if self._guard is None else self._guard.stride
         while progress[NEXT] <= progress[LAST] and progress[FAULT] == HEALTHY:
             if is_stopped():
                 return self._result(Outcome("interrupted", self._time(), f"interrupted at t = {self._time():g} s"))
             first = int(progress[NEXT])
-            progress[LIMIT] = first + periods
-            rows = self.table(first, min(first + periods - 1, int(progress[LAST])))
+            if self._guard is not None and first < progress[LAST]:
+                stop = self._guard.stopped(first, round(first * period, 12), self._state.q)
+                if stop:
+                    progress[LAST] = first
+            progress[LIMIT] = min(first + periods, first + stride - first % stride)
+            rows = self.table(first, min(int(progress[LIMIT]) - 1, int(progress[LAST])))
             self.plan.desired[: len(rows)] = rows
             self.periods()
-        if progress[FAULT] == HEALTHY:
-            return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
-        error = self.error()
-        return self._result(Outcome(error.reason, error.time, str(error)))
+        if progress[FAULT] != HEALTHY:
+            stop = self.error()
+        if stop:
+            return self._result(Outcome(stop.reason, stop.time, str(stop)))
+        return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
 
     @property
     def sizes(self) -> Sizes:

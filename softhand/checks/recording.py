@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.analysis.energy import energy_ledger
+from softhand.assembly.collisions import collisions
 from softhand.assembly.probe import recorded_scenario
-from softhand.collision.collisions import collisions
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
 from softhand.errors import RecordingError, SofthandError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -10,11 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from softhand.assembly.build import assemble
+from softhand.assembly.collisions import collisions_at_start
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
 from softhand.checks.tip_axes import doubts_of_tip_axes
-from softhand.collision.collisions import collisions_at_start
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
 from softhand.contact.pads import Ball
@@ -264,6 +265,9 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     for name in names:
         if name.startswith("palm"):
             yield name, "meets the object"
+    places = Counter(support.of for support in plant.supports if support.of)
+    for name, count in places.items():
+        yield name, f"meets the object at {count} place{'s' * (count > 1)}"
     pairs = [support.name for support in plant.supports if isinstance(support.shape, Ball)]
     if pairs:
         yield "tips meet each other", ", ".join(pairs)

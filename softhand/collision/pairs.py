@@ -31,8 +31,9 @@ class Disregarded(NamedTuple):
 def list_pairs(cast: Cast) -> tuple[list[tuple[Solid, Solid]], list[Disregarded]]:
     """The pairs of solids that count, and the others by name.
 
-    The object and the table meet what is left of the links outside the soft balls; they meet each other in the contact
-    model, and so do tips where a scenario lets them.
+    Obstacles meet the object in the contact model, and links and tips in none. The object and the table meet what is
+    left of the links outside the soft balls; they meet each other in the contact model, and so do tips where a scenario
+    lets them.
     """
     pairs: list[tuple[Solid, Solid]] = []
     others: dict[tuple[str, str], str] = {}
@@ -60,6 +61,11 @@ def list_pairs(cast: Cast) -> tuple[list[tuple[Solid, Solid]], list[Disregarded]
                 others[link.name, cast.table.name] = RIGID
             else:
                 _add(cast.clipped[link], cast.table, (link.name, cast.table.name), pairs, others)
+        for obstacle in cast.obstacles:
+            if link.body == BASE:
+                others[link.name, obstacle.name] = RIGID
+            else:
+                pairs.append((link, obstacle))
     counted = {_names(a, b) for a, b in pairs}
     return pairs, [Disregarded(*names, why) for names, why in others.items() if tuple(sorted(names)) not in counted]
 

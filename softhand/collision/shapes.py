@@ -11,7 +11,13 @@ import coal
 import numpy as np
 
 from softhand.errors import ModelError
+from softhand.model.shapes.box import Box
+from softhand.model.shapes.cylinder import Cylinder
+from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.mesh_file import read_mesh
+from softhand.model.shapes.polyhedron import Polyhedron
+from softhand.model.shapes.shape import Shape
+from softhand.model.shapes.sphere import Sphere
 from softhand.model.urdf.geometry import Geometry
 from softhand.numerics.arrays import Array
 
@@ -77,6 +83,20 @@ def outside(geometry: Geometry, balls: Sequence[SoftBall]) -> coal.Convex | None
         geometry.rotation.tobytes(), geometry.position.tobytes(),
         tuple((tuple(np.asarray(ball.centre, dtype=float).tolist()), float(ball.radius)) for ball in balls),
     )  # fmt: skip
+
+
+def solid_shape(shape: Shape) -> coal.ShapeBase:
+    """A shape of the contact model about its own centre and along its own axes."""
+    if isinstance(shape, Box):
+        return coal.Box(*(2.0 * shape.half))
+    if isinstance(shape, Sphere):
+        return coal.Sphere(shape.radius)
+    if isinstance(shape, Cylinder):
+        return coal.Cylinder(shape.radius, 2.0 * shape.half)
+    if isinstance(shape, Ellipsoid):
+        return coal.Ellipsoid(*shape.semi_axes)
+    assert isinstance(shape, Polyhedron)
+    return hull_of(shape.vertices)
 
 
 def hull_of(points: Array) -> coal.Convex | None:

@@ -9,11 +9,12 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from softhand.collision.shapes import SoftBall, as_coal, outside
+from softhand.collision.shapes import SoftBall, as_coal, outside, solid_shape
 from softhand.errors import ModelError
 from softhand.model.coupling import CouplingTable, read_map
 from softhand.model.joined import find_frame
 from softhand.model.shapes.face import Face
+from softhand.model.shapes.shape import Shape
 from softhand.model.urdf.geometry import Geometry, Purpose
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
@@ -33,6 +34,7 @@ class Situation:
         tips: name and radius [m] of each soft tip.
         palms: name, frame, centre in that frame [m] and radius [m] of each.
         plane: of the table; None without one.
+        obstacles: name and shape in the world of each.
         ellipsoid: semi-axes in the place of the object's shape [m].
         coupling: of the joints, beside the URDF.
         tips_touch: whether the contact model lets tips meet each other.
@@ -44,6 +46,7 @@ class Situation:
     tips: Sequence[tuple[str, float]]
     palms: Sequence[tuple[str, str, Sequence[float], float]] = ()
     plane: Face | None = None
+    obstacles: Sequence[tuple[str, Shape]] = ()
     ellipsoid: Sequence[float] | None = None
     coupling: CouplingTable | None = None
     tips_touch: bool = False
@@ -138,6 +141,7 @@ class Cast:
         clipped: by link solid, what is left of it outside the soft balls of its body; itself without any.
         held: of the object.
         table: if there is one.
+        obstacles: that stand still.
         unseen: links of the hand without a shape that can be used, but for bare frames.
         hulls: links whose meshes are taken as their convex hulls.
         tipped: bodies that carry a soft tip.
@@ -149,6 +153,7 @@ class Cast:
     clipped: dict[Solid, Solid | None]
     held: list[Solid]
     table: Solid | None
+    obstacles: list[Solid]
     unseen: list[str]
     hulls: list[str]
     tipped: set[int]
@@ -196,6 +201,7 @@ def read_cast(situation: Situation) -> Cast:
         clipped,
         _object_solids(situation, kinematics.n_bodies - 1),
         _table(situation.plane),
+        [standing(name, shape) for name, shape in situation.obstacles],
         [name for name in hand.tree.links if name not in seen and name not in bare],
         sorted({geometry.link for _, geometry, _ in placed if geometry.kind == "mesh"}),
         {_frame(kinematics.model, tip, hand)[0] for tip, _ in situation.tips},
@@ -257,6 +263,11 @@ def _object_solids(situation: Situation, body: int) -> list[Solid]:
         shape = own if situation.ellipsoid is None else coal.Ellipsoid(*situation.ellipsoid)
         solids.append(Solid(OBJECT, body, shape, geometry.rotation, geometry.position))
     return solids
+
+
+def standing(name: str, shape: Shape, body: int = BASE) -> Solid:
+    """A shape of the contact model as a solid that a body carries, the base if none is given."""
+    return Solid(name, body, solid_shape(shape), shape.rotation, shape.centre)
 
 
 def _table(plane: Face | None) -> Solid | None:

@@ -104,8 +104,8 @@ def grasp(
     stand_ins = without_grasp(source, values) if propose else {}
     chosen = with_options(load_scenario(source, {**values, **stand_ins}), law, controller, stepper)
     say_compiling(quiet)
+    from softhand.assembly.collisions import collisions_at_start
     from softhand.assembly.resolve import resolve
-    from softhand.collision.collisions import collisions_at_start
     from softhand.collision.told import told
     from softhand.grasping.quality import grasp_quality
     from softhand.numerics.record import plain

@@ -202,7 +202,7 @@ def _save(recording: Recording, folder: Path, plot: bool) -> tuple[Path, list[st
 
 def _add_collisions(recording: Recording, path: Path) -> None:
     """Put the collisions among the events of a file that is safe already; finding them takes time."""
-    from softhand.collision.collisions import with_collisions
+    from softhand.assembly.collisions import with_collisions
     from softhand.recording.events import events_as_text, find_events
 
     events = with_collisions(recording, find_events(recording))

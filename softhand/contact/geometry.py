@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 
 from softhand.contact.address import call
-from softhand.contact.records import PLANE, SOLID
+from softhand.contact.records import PLANE, SIDE, SOLID
 from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
+_HALVINGS = 40  # of an edge, until its deepest point is known to the digits of a double
+_APART = 1.0  # [m] the distance of what cannot touch where it is
+_STEEP = 0.05  # length of a mean of two normals below which these are opposite, and how much their slopes must differ
+_SAME = 1.0 - 1e-9  # cosine of two normals that are one
 _POLE = 1e-3  # of the radius: R is taken no nearer to 0, where J_delta and laws have a pole; a run ends long before
 
 
@@ -27,16 +31,18 @@ def find_nearest(pad, pose, base_pose, contact):
         for k in range(3):
             tip += pose[3 * k + row] * pad.position[k]
         contact.tip[row] = tip
-    if pad.shape == PLANE:
+    if pad.shape == PLANE or pad.shape == SIDE:
         _meet_face(pad, base_pose, contact)
         if pad.semi_axes[0] > 0.0:
             _go_to_deepest(pad, pose, contact)
+        if pad.shape == SIDE:
+            _end_at_solid(pad, base_pose, contact)
     elif pad.shape != SOLID:
         _meet_ball(pad, base_pose, contact)
-    elif pad.nearest_function != 0:
-        _meet_shape(pad, base_pose, contact)
+    elif pad.is_edge:
+        _meet_edge(pad, pose, base_pose, contact)
     else:
-        _meet_box(pad, base_pose, contact)
+        _meet_solid(pad, base_pose, contact)
     if not pad.is_support and seldom(abs(contact.distance) < _POLE * pad.radius):
         contact.distance = math.copysign(_POLE * pad.radius, contact.distance)
 
@@ -158,6 +164,145 @@ def roll_stiffness(pad, pose, contact):
     rolling[0], rolling[1], rolling[2] = share * max(xx - zz, 0.0), 0.0, share * max(yy - zz, 0.0)
     if xx > zz and yy > zz:
         rolling[1] = share * xy
+
+
+@compiled
+def _meet_solid(pad, base_pose, contact):
+    """z_C in the world and R, against the nearest point of a solid."""
+    if pad.nearest_function != 0:
+        _meet_shape(pad, base_pose, contact)
+    else:
+        _meet_box(pad, base_pose, contact)
+
+
+@compiled
+def _end_at_solid(pad, base_pose, contact):
+    """A side of a solid is met only where the deepest point lies in the solid, and nearer to no other side."""
+    distance = contact.distance
+    if distance >= 0.0:
+        return
+    _meet_solid(pad, base_pose, contact)
+    n, along = pad.face_normal, 0.0
+    for k in range(3):
+        along += n[k] * contact.normal[k]
+    inside = contact.distance < 0.0 and along > _SAME
+    contact.distance = distance if inside else _APART
+
+
+@compiled
+def _meet_edge(pad, pose, base_pose, contact):
+    """z_C in the world and R, where an edge crosses an edge or a rim of a convex solid, or dips into a curved surface.
+
+    Its ends are corners, which are pads of their own. Along the edge the signed distance is convex, and n . e with the
+    direction e its slope. In a curved surface the edge is deepest where that is zero. A polyhedron it passes one side
+    after the other; an edge that reaches over it may lie flat on a side, where its deepest point would be now here and
+    now there. So it is two pads: `way` says towards which end the side is sought through which the edge leaves, and
+    where it comes to that side, n jumps. The mean of both n that is at a right angle to e is at a right angle to both
+    edges, and the distance that of two lines. So dr' = v_z, and the force gives back what it took.
+
+    Where an edge crosses the rim of a round body, that mean has the length l < 1, and the greatest depth d along the
+    edge changes as d' = l v_z; with l d as the depth of a spring k it gives back what it took too, k d^2 / 2.
+    """
+    mx, my, mz = contact.tip[0], contact.tip[1], contact.tip[2]
+    forward = -1.0 if pad.way < 0 else 1.0
+    ex, ey = forward * _finger_axis(pad, pose, 0), forward * _finger_axis(pad, pose, 1)
+    ez = forward * _finger_axis(pad, pose, 2)
+    _meet_solid(pad, base_pose, contact)
+    if contact.distance >= pad.half_length:
+        return
+    # the deepest point, between low and high
+    low, high = -pad.half_length, pad.half_length
+    ax, ay, az = _normal_along(pad, base_pose, contact, mx + low * ex, my + low * ey, mz + low * ez)
+    ends_here = ax * ex + ay * ey + az * ez >= 0.0
+    bx, by, bz = _normal_along(pad, base_pose, contact, mx + high * ex, my + high * ey, mz + high * ez)
+    is_out, rises = contact.distance > 0.0, bx * ex + by * ey + bz * ez > 0.0
+    if pad.way == 0 and (ends_here or not rises):
+        contact.distance = _APART
+        return
+    if not rises:
+        low = high
+        ax, ay, az = bx, by, bz
+    elif ends_here:
+        high = low
+        _normal_along(pad, base_pose, contact, mx + low * ex, my + low * ey, mz + low * ez)
+    else:
+        for _ in range(_HALVINGS):
+            t = 0.5 * (low + high)
+            nx, ny, nz = _normal_along(pad, base_pose, contact, mx + t * ex, my + t * ey, mz + t * ez)
+            if nx * ex + ny * ey + nz * ez < 0.0:
+                low, ax, ay, az = t, nx, ny, nz
+            else:
+                high, bx, by, bz = t, nx, ny, nz
+    if contact.distance >= 0.0:
+        contact.distance = _APART
+        return
+    if pad.way != 0:
+        # where it leaves, and where it comes to the side through which it does, or that is nearest to its end
+        inside, outside = high, pad.half_length
+        if is_out:
+            for _ in range(_HALVINGS):
+                t = 0.5 * (inside + outside)
+                nx, ny, nz = _normal_along(pad, base_pose, contact, mx + t * ex, my + t * ey, mz + t * ez)
+                if contact.distance < 0.0:
+                    inside, bx, by, bz = t, nx, ny, nz
+                else:
+                    outside = t
+        else:
+            inside = outside
+            bx, by, bz = _normal_along(pad, base_pose, contact, mx + inside * ex, my + inside * ey, mz + inside * ez)
+        high = inside
+        if ax * bx + ay * by + az * bz > _SAME:
+            contact.distance = _APART
+            return
+        for _ in range(_HALVINGS):
+            t = 0.5 * (low + high)
+            nx, ny, nz = _normal_along(pad, base_pose, contact, mx + t * ex, my + t * ey, mz + t * ez)
+            if nx * bx + ny * by + nz * bz > _SAME:
+                high = t
+            else:
+                low, ax, ay, az = t, nx, ny, nz
+    down, up = ax * ex + ay * ey + az * ez, bx * ex + by * ey + bz * ez
+    if pad.way != 0 and up - down < _STEEP:
+        contact.distance = _APART
+        return
+    share = up / (up - down)
+    nx, ny, nz = share * ax + (1.0 - share) * bx, share * ay + (1.0 - share) * by, share * az + (1.0 - share) * bz
+    length = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if not length > _STEEP:
+        contact.distance = _APART
+        return
+    nx, ny, nz, depth = nx / length, ny / length, nz / length, -contact.distance
+    if pad.way == 0:
+        contact.distance = -depth * length
+    else:  # from the point of equal depth to that on the common normal of both edges
+        contact.distance = -depth / length
+        t = (depth - depth / length * (nx * bx + ny * by + nz * bz)) / up
+        if abs(up) < abs(down):
+            t = (depth - depth / length * (nx * ax + ny * ay + nz * az)) / down
+        contact.tip[0], contact.tip[1], contact.tip[2] = (
+            contact.tip[0] + t * ex, contact.tip[1] + t * ey, contact.tip[2] + t * ez,
+        )  # fmt: skip
+    contact.feature = 2
+    contact.rotation[0, 2], contact.rotation[1, 2], contact.rotation[2, 2] = -nx, -ny, -nz
+    for k in range(3):
+        contact.normal[k] = 0.0
+        for row in range(3):
+            contact.normal[k] -= base_pose[3 * k + row] * contact.rotation[row, 2]
+
+
+@compiled
+def _finger_axis(pad, pose, row):
+    """World component `row` of x_F."""
+    x, _, _ = _finger_axes(pad, pose, row)
+    return x
+
+
+@compiled
+def _normal_along(pad, base_pose, contact, x, y, z):
+    """Normal of the solid in the world at a point; the contact is then there."""
+    contact.tip[0], contact.tip[1], contact.tip[2] = x, y, z
+    _meet_solid(pad, base_pose, contact)
+    return -contact.rotation[0, 2], -contact.rotation[1, 2], -contact.rotation[2, 2]
 
 
 @compiled

@@ -25,6 +25,7 @@ from softhand.contact.records import (
     OWN_PRESSURE,
     PAD,
     PLANE,
+    SIDE,
     SOLID,
 )
 from softhand.dampings.damping import Damping
@@ -32,7 +33,7 @@ from softhand.errors import LawError
 from softhand.laws.law import LEADING, CompiledLaw, Law
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.face import Face
-from softhand.model.shapes.shape import CompiledShape
+from softhand.model.shapes.shape import CompiledShape, Shape
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
@@ -103,10 +104,20 @@ class Support:
     """[m]; 0 for a point, and for an ellipsoid."""
     base: int
     """Pinocchio joint that carries the shape, 0 for the world."""
-    shape: Face | Ball | None
-    """In the frame of the base: an endless plane, a ball; None: the object as it is, which the base carries."""
+    shape: Face | Ball | Shape | None
+    """In the frame of the base: an endless plane, a ball, a solid; None: the object, which the base carries."""
     face: Face | None = None
-    """Of the object, where `shape` is None: the one that is met first. Tangential axes are counted from it."""
+    """Of a solid: the one that is met first. Tangential axes are counted from it."""
+    side: Face | None = None
+    """Of a solid: the one plane side that is met, and no other, by what lies deepest in it; None: all of it."""
+    edge: float = 0.0
+    """Half the length of an edge along x of `rotation` that meets a solid [m]; 0 for a sphere and all else."""
+    way: int = 0
+    """Of an edge in a polyhedron: towards which end it leaves it, 1 or -1; 0 in a round body."""
+    obstacle: Shape | None = None
+    """Which it belongs to, in the world; None: to no obstacle."""
+    of: str = ""
+    """Name of that obstacle."""
     rotation: Array = field(default_factory=lambda: np.eye(3))
     """Axes of the sphere in the frame of the joint, x where a tip points, shape (3, 3); those of an ellipsoid."""
     semi_axes: tuple[float, float, float] | None = None
@@ -188,7 +199,7 @@ def build_pads(
         pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
         pad["base"], pad["radius"] = world.object_joint, fingertip.law.radius
         _set_face(pad, fingertip.face)
-        _set_solid(pad, world, fingertip.can_slip or fingertip.face.is_curved)
+        _set_solid(pad, world.shape, fingertip.can_slip or fingertip.face.is_curved)
         _set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
         choose_limit(pad, fingertip.limit, fingertip.law.torsion_share)
@@ -198,6 +209,7 @@ def build_pads(
         pad["joint"], pad["rotation"], pad["position"] = support.joint, support.rotation, support.position
         pad["base"], pad["radius"], pad["base_share"] = support.base, support.radius, support.base_share
         pad["semi_axes"] = support.semi_axes or 0.0
+        pad["is_edge"], pad["half_length"], pad["way"] = support.edge > 0.0, support.edge, support.way
         _set_shape(pad, world, support)
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
@@ -217,16 +229,18 @@ def _set_shape(pad: np.void, world: World, support: Support) -> None:
         pad["face_normal"], pad["face_tangent"] = shape.axis, across / np.linalg.norm(across)
     else:
         assert support.face is not None
-        _set_face(pad, support.face)
-        _set_solid(pad, world, True)
+        _set_face(pad, support.side or support.face)
+        _set_solid(pad, shape or world.shape)
+        if support.side is not None:
+            pad["shape"] = SIDE
 
 
 def _set_face(pad: np.void, face: Face) -> None:
     pad["face_normal"], pad["face_tangent"], pad["face_offset"] = face.normal, face.tangent, face.offset
 
 
-def _set_solid(pad: np.void, world: World, as_it_is: bool) -> None:
-    pad["shape"], shape = SOLID if as_it_is else PLANE, world.shape
+def _set_solid(pad: np.void, shape: Shape, as_it_is: bool = True) -> None:
+    pad["shape"] = SOLID if as_it_is else PLANE
     if isinstance(shape, CompiledShape):
         pad["nearest_function"], pad["chart_function"] = shape.nearest_function, shape.chart_function
         pad["shape_data"] = shape.data.ctypes.data

@@ -19,8 +19,8 @@ MAX_LAW_PARAMETERS = 64
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 
-PLANE, SOLID, BALL = range(3)
-"""What the base of a contact is shaped like."""
+PLANE, SOLID, BALL, SIDE = range(4)
+"""What the base of a contact is shaped like; a side is a plane as far as a solid reaches that it bounds."""
 
 ELLIPSE, COLUMNS, OWN_PRESSURE = range(3)
 """The limit surface: an ellipse, or the exact one of a pressure, that of columns or one with a kappa of its own."""
@@ -36,6 +36,9 @@ PAD = np.dtype(
         ("position", np.float64, 3),  # origin of F in the joint frame [m]
         ("radius", np.float64),  # of the undeformed hemisphere [m]; 0 for a point, and for an ellipsoid
         ("semi_axes", np.float64, 3),  # of an ellipsoid along the axes of F [m]; 0 for a sphere
+        ("is_edge", np.int64),  # whether the pad is an edge along x of F, which meets a solid with its deepest point
+        ("half_length", np.float64),  # of that edge [m]
+        ("way", np.int64),  # of that edge in a polyhedron: to which end it leaves it, 1 or -1; 0 for a round body
         ("base_share", np.float64),  # of the depth, taken by the base: the contact point lies so much further out
         ("friction", np.float64),  # coefficient mu, kinetic
         ("static_friction", np.float64),  # coefficient until slip begins
@@ -50,7 +53,7 @@ PAD = np.dtype(
         ("face_normal", np.float64, 3),  # outward, in the object frame
         ("face_tangent", np.float64, 3),  # x axis of C_O, in the object frame
         ("face_offset", np.float64),  # distance of the face from the origin of the object frame [m]
-        ("shape", np.int64),  # of the base: PLANE, the face without its edges; SOLID, the object as it is; BALL
+        ("shape", np.int64),  # of the base: PLANE, the face without its edges; SOLID, the body as it is; BALL; SIDE
         ("nearest_function", np.int64),  # address of the solid's nearest point, see `model.shapes.shape`; 0 for a box
         ("chart_function", np.int64),  # address of its surface coordinates; 0 if it has plane faces only
         ("shape_data", np.int64),  # address of its data

@@ -17,6 +17,7 @@ from softhand.contact.limit import limit_of
 from softhand.contact.records import CONTACT
 from softhand.contact.scaled import displacement_of, material_force, normal_stiffness_of, stiffness_of
 from softhand.contact.slip import Trial, _force, _newton_step, _return, slip_velocity
+from softhand.errors import ScenarioError
 from softhand.laws.law import LEADING, Law
 from softhand.model.shapes.shape import CompiledShape
 from softhand.numerics.addressed import addressed
@@ -69,7 +70,17 @@ def slide_at(contacts, numbers):
 
 
 def solvers_of(plant: Plant, layouts: Layouts) -> list[Solver]:
-    """One for each contact."""
+    """One for each contact.
+
+    Raises:
+        ScenarioError: there are obstacles, whose edges are not followed.
+    """
+    if any(support.obstacle is not None for support in plant.supports):
+        raise ScenarioError(
+            "obstacle: derivatives by the steps of a run are not to be had with obstacles, whose edges are not "
+            "followed; leave the obstacles out.",
+            key="obstacle", value=None,
+        )  # fmt: skip
     found = []
     for i in range(len(plant.contacts)):
         pads, contacts, numbers = plant.pads[i : i + 1].copy(), np.zeros(1, CONTACT), np.zeros(_TRIAL + _ROOT)

@@ -113,7 +113,7 @@ def contact_frame(tip: str) -> str:
 
 
 def _is_still(item: Item) -> bool:
-    return (bool(item.frame) and not item.soft) or item.layer in ("table", "base")
+    return (bool(item.frame) and not item.soft) or item.layer in ("table", "obstacles", "base")
 
 
 def _fresh(name: str, taken: set[str]) -> str:

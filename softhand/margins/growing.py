@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -75,6 +75,7 @@ def growing(setup: Setup, until: float | None = None) -> Growing | None:
 
     Between two of them the smaller rate of both is taken. A pose with open fingers, one that no grasp at rest with the
     contact points of the start has, and one whose controller cannot be asked there are not known and count as none.
+    Obstacles are left out: where they hold the object, it does not rest at these poses.
 
     Args:
         setup: what the run is made of.
@@ -87,6 +88,7 @@ def growing(setup: Setup, until: float | None = None) -> Growing | None:
     if not is_modelled(setup.world.mechanics, setup.actuation):
         return None
     end = setup.scenario.duration if until is None else until
+    setup = replace(setup, supports=[support for support in setup.supports if support.obstacle is None])
     best: Growing | None = None
     grown, begin = 0.0, 0.0  # exponent, and since when
     passed: list[_Node] = []
@@ -125,6 +127,8 @@ def growing_run(recording: Recording, setup: Setup | None = None, expected: Grow
             expected = growing(setup, end)
         elif not recording.complete:
             expected = growing(setup, end)
+        if any(support.obstacle is not None for support in setup.supports):
+            return expected
         begin = resting_since(setup.reference.start(read_start(setup.scenario)), end)
         if begin is None or not len(recording) or (recording.complete and not _has_grown(recording, begin)):
             return expected

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -18,7 +19,9 @@ _NOTHING = 1e-9  # [N] a force below this is noise of the solver, and no touch
 _UNSEEN = 1e-6  # in the unit shown
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
 _TOGETHER = 0.005  # [s] within which places of the object that meet the table, or leave it, are one event
-_TABLE, _CORNER = "table ", "table corner "
+_TABLE = "table "
+_PLACE = re.compile(r"(.+?)(?:'s)? (corner|edge|rim|side|end point|ball|ellipsoid)\b")
+"""Names of supports at which the object meets a table or an obstacle: whose they are, and what they are."""
 _OTHER_FACE = 0.7  # cosine between the normals of two samples below which another face is touched
 _APEX_TURN = 1.0  # [rad] of Theta between two samples: the contact went past the apex in between
 _AT_APEX = 1e-4  # [rad] a tip that rests on its apex does not pass it; Theta is noise there
@@ -109,23 +112,25 @@ def _pressing_ends(recording: Recording, names: Sequence[str], force: NDArray[np
 
 
 def _support_touches(recording: Recording) -> Iterator[Event]:
-    """The same of the supports; places of the object that meet the table together, or leave it, are one event of it."""
-    places: dict[str, list[Event]] = {"touch": [], "lift-off": []}
+    """The same of the supports; places that meet a table or an obstacle together, or leave it, are one event of it."""
+    places: dict[tuple[str, str], list[Event]] = {}
     names, tips = recording.labels["support"], {_TABLE + tip for tip in recording.labels["contact"]}
     for event in _pressing_ends(recording, names, recording.support_force[:, :, 2]):
-        if event.finger.startswith(_TABLE) and event.finger not in tips:
-            places[event.kind].append(event)
+        place = None if event.finger in tips else _PLACE.match(event.finger)
+        if place:
+            places.setdefault((place[1], event.kind), []).append(event)
         else:
             yield event
-    for events in places.values():
+    for (whose, _), events in places.items():
         events.sort(key=lambda event: event.time)
         while events:
             first = events[0]
             together = [event for event in events if event.time <= first.time + _TOGETHER]
             del events[: len(together)]
             met = {event.finger for event in together}
-            kind = "corners" if all(name.startswith(_CORNER) for name in met) else "places"
-            yield first if len(met) == 1 else Event(first.time, first.kind, "table", f"{len(met)} {kind}")
+            corners = all((place := _PLACE.match(name)) and place[2] == "corner" for name in met)
+            kind = "corners" if corners else "places"
+            yield first if len(met) == 1 else Event(first.time, first.kind, whose, f"{len(met)} {kind}")
 
 
 def _slips(recording: Recording) -> Iterator[Event]:

@@ -197,3 +197,16 @@ class PalmSection(Settings):
     """Stiffness, normal and tangential [N/m]."""
     damping: NonNegative = 5.0
     """Damping, likewise [N s/m]."""
+
+
+class CollisionSection(Settings):
+    """What becomes of a run in which links collide; see `softhand check` for which pairs count."""
+
+    ends_run: bool = True
+    """Whether the first collision ends the run; if not, all are told after it."""
+    depth: NonNegative = 1e-5
+    """Depth up to which two shapes may be in each other, at least 0.01 mm [m]."""
+    every: Positive = 0.01
+    """Time between two looks, in whole control periods and at least one [s]."""
+    shapes: Literal["collision", "visual"] = "collision"
+    """Shapes of the hand's URDF that count."""

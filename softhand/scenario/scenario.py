@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import tomli_w
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from softhand.errors import ScenarioError
 from softhand.numerics.table import folded, html_table
 from softhand.scenario.agreement import check_counts, check_opening, check_times, check_tips
-from softhand.scenario.bodies import HandSection, ObjectSection, PalmSection, TableSection
+from softhand.scenario.bodies import CollisionSection, HandSection, ObjectSection, PalmSection, TableSection
 from softhand.scenario.file import find_scenario, overridden, read_toml, with_absolute_paths
 from softhand.scenario.fingertip import FingertipSection, TipSection
 from softhand.scenario.instruments import ActuationSection, SensingSection, check_loop, check_variables
 from softhand.scenario.keywords import all_keys, check_plugin_keys, full_keys
+from softhand.scenario.obstacles import ObstacleSection
 from softhand.scenario.task import (
     ControllerSection,
     GraspSection,
@@ -58,6 +59,10 @@ class Scenario(Settings):
     """What the object may stand on, if anything."""
     palm: tuple[PalmSection, ...] = ()
     """What else of the hand the object may lie on."""
+    obstacle: tuple[ObstacleSection, ...] = ()
+    """What stands in the way of the object."""
+    collision: CollisionSection | None = None
+    """What becomes of a run in which links collide; they are told after it if not given."""
     controller: ControllerSection
     """What sets the joint torques."""
     reference: ReferenceSection
@@ -72,6 +77,15 @@ class Scenario(Settings):
     """The time integration."""
     record: RecordSection = RecordSection()
     """What is recorded."""
+
+    @field_validator("obstacle", mode="before")
+    @classmethod
+    def _obstacles_one_by_one(cls, tables: Any) -> Any:
+        """What is wrong with one is told by its number and its key."""
+        for k, table in enumerate(tables if isinstance(tables, list | tuple) else (), 1):
+            if isinstance(table, Mapping):
+                read_settings(ObstacleSection, table, f"obstacle {k}")
+        return tables
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:

@@ -26,6 +26,7 @@ from softhand.simulation.actuation import Actuation
 from softhand.simulation.asking import Actuators, Asking
 from softhand.simulation.faults import HEALTHY, approach, broken_down, find_fault, stopped
 from softhand.simulation.fitting import must_fit, periods_until
+from softhand.simulation.guard import Guard
 from softhand.simulation.interrupts import interruptible, interrupts_held
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
@@ -81,6 +82,7 @@ class Simulation:
         keep: what is recorded of `run`; all variables, each control period, if None.
         sensing: instruments between the grasp and the controller; it sees the truth if None.
         actuation: drives between the controller and the joints; these have the torque at once if None.
+        guard: what may end the run beside faults; the sample at which it does is the last one.
     """
 
     def __init__(
@@ -97,9 +99,10 @@ class Simulation:
         keep: Keep | None = None,
         sensing: Sensing | None = None,
         actuation: Actuation | None = None,
+        guard: Guard | None = None,
     ) -> None:
         self.plant, self.state, self.scenario, self.reference = plant, start.copy(), scenario, reference
-        self._start, self._period = start, control_period
+        self._start, self._period, self._guard = start, control_period, guard
         self._keep = keep or Keep.all()
         self._periods, self._steps = round(duration / control_period), round(control_period / stepper.step)
         self._step = stepper.step
@@ -231,9 +234,12 @@ class Simulation:
                 the drives if there are any. Set points where servos take these.
 
         Raises:
-            SimulationStopped: the integration broke down.
+            SimulationStopped: the integration broke down, or something collides and that ends the run.
             ScenarioError: the torques are not n finite numbers.
         """
+        stop = self._guard.stopped(self._k, self.time, self.state.q) if self._guard else None
+        if stop:
+            raise stop
         if torque is not None:
             self._take(torque)
         if torque is not None or not self._actuators.has_acted(self._k):

@@ -74,7 +74,7 @@ def resting_pose(plant: Plant, q: Array) -> Rest:
         _check_level(plant.supports, plant.world.gravity)
     gap = place.let_down()
     step, left = _balance(place)
-    if left > 0.0 and "palm" in names:
+    if left > 0.0 and names != ["table"]:
         place.sticks = True
         step, left = _balance(place)
     far = place.is_far(step)
@@ -244,7 +244,9 @@ def _carriers(plant: Plant) -> list[str]:
     """What may carry the object, in words."""
     carrying = [support for support in plant.supports if _sign(support, plant.world.object_joint)]
     tables = sum(isinstance(support.shape, Face) for support in carrying)
-    return ["table"] * (tables > 0) + ["palm"] * (tables < len(carrying))
+    obstacles = sum(support.obstacle is not None for support in carrying)
+    palms = len(carrying) - tables - obstacles
+    return ["table"] * (tables > 0) + ["palm"] * (palms > 0) + ["obstacle"] * (obstacles > 0)
 
 
 def _check_level(supports: Iterable[Support], gravity: Array) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.face import Face
+from softhand.model.shapes.shape import Shape
 from softhand.plant.plant import Plant
 from softhand.viewer.scene.moment import Moment
 from softhand.viewer.scene.parts.table import Plane
@@ -35,10 +36,19 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         tuple(support.name for support in plant.supports),
         SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
         world.coupling.table if world.coupling is not None else None,
+        obstacles=_obstacles_of(plant),
     )
     weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
     tips, internal, supports = first.contact_force, first.internal_force, first.support_force
     return Scene(cast, fit_scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight))
+
+
+def _obstacles_of(plant: Plant) -> tuple[tuple[str, Shape], ...]:
+    found: dict[int, tuple[str, Shape]] = {}
+    for support in plant.supports:
+        if support.obstacle is not None:
+            found.setdefault(id(support.obstacle), (support.of, support.obstacle))
+    return tuple(found.values())
 
 
 def _table_of(plant: Plant) -> Plane | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from softhand.analysis.summary import summarize
-from softhand.collision.collisions import with_collisions
+from softhand.assembly.collisions import with_collisions
 from softhand.errors import RecordingError, SofthandError
 from softhand.plots.style import finger_color
 from softhand.recording.events import phases_of

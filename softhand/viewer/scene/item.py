@@ -19,6 +19,7 @@ LAYERS: dict[str, str] = {
     "base": "Palm and joints",
     "object": "Object",
     "table": "Table",
+    "obstacles": "Obstacles",
     "tips": "Fingertips",
     "forces": "Contact forces",
     "supports": "Support forces",

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from softhand.assembly.obstacles import read_obstacles
 from softhand.assembly.plant import read_coupling
 from softhand.errors import ScenarioError
 from softhand.model.coupling import CouplingTable
+from softhand.model.shapes.shape import Shape
 from softhand.model.urdf.examination import Role
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
@@ -18,6 +20,7 @@ from softhand.recording.recorded import RecordedScenario, scenario_of
 from softhand.recording.recording import Recording
 from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
+from softhand.scenario.obstacles import ObstacleSection
 from softhand.settings.settings import read_settings
 from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import Update
@@ -87,6 +90,7 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
         recording.labels.get("support", ()),
         slip_hold if _can_slip(recording, scenario) else None,
         _coupling_of(scenario),
+        obstacles=_obstacles_of(scenario),
     )
 
 
@@ -108,6 +112,13 @@ def _table_of(scenario: RecordedScenario) -> Plane | None:
     normal = np.array(scenario.vector("table", "normal") or (0.0, 0.0, 1.0))
     length = float(np.linalg.norm(normal))
     return None if height is None or length == 0.0 else Plane(height, normal / length)
+
+
+def _obstacles_of(scenario: RecordedScenario) -> tuple[tuple[str, Shape], ...]:
+    """Name and shape of each obstacle of the scenario."""
+    tables = scenario.at("obstacle")
+    sections = [read_settings(ObstacleSection, table, "obstacle") for table in tables or ()]
+    return tuple((obstacle.name, obstacle.shape) for obstacle in read_obstacles(tuple(sections)))
 
 
 def _folder_of(scenario: RecordedScenario, section: str) -> Path | None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from softhand.contact.pairs import contact_pairs
 from softhand.model.coupling import CouplingTable
+from softhand.model.shapes.shape import Shape
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import upright
@@ -27,6 +28,7 @@ from softhand.viewer.scene.moment import Moment, Past
 from softhand.viewer.scene.parts.forces import Forces, InternalForces, Supports
 from softhand.viewer.scene.parts.hand import Hand
 from softhand.viewer.scene.parts.object import DesiredPose, Object
+from softhand.viewer.scene.parts.obstacles import Obstacles
 from softhand.viewer.scene.parts.slips import Slips
 from softhand.viewer.scene.parts.stiffness import Stiffness
 from softhand.viewer.scene.parts.table import Plane, Table
@@ -39,7 +41,7 @@ from softhand.viewer.scene.shapes.solids import ellipsoid
 from softhand.viewer.scene.skeleton import Skeleton
 from softhand.viewer.scene.visuals import Visual, read_visuals
 
-_BODIES = ("links", "base", "object", "tips", "desired", "table")
+_BODIES = ("links", "base", "object", "tips", "desired", "table", "obstacles")
 """Layers that a camera has to fit."""
 
 
@@ -59,6 +61,7 @@ class Cast:
         slip_hold: how long the mark of a slip stays [s]; None if tips cannot slip.
         coupling: of the hand's joints to motors, beside what its URDF says.
         stiffness: how the object gives way, from which time on.
+        obstacles: name and shape in the world of each.
     """
 
     hand: Urdf
@@ -72,6 +75,7 @@ class Cast:
     slip_hold: float | None = None
     coupling: CouplingTable | None = None
     stiffness: tuple[Ellipsoids, ...] = ()
+    obstacles: tuple[tuple[str, Shape], ...] = ()
 
 
 class Scene:
@@ -127,11 +131,12 @@ class Scene:
         table = [] if cast.table is None else [Table(*cast.table, unit)]
         return [
             *table,
+            Obstacles(cast.obstacles, unit),
             Hand(self.skeleton, hand, tips, unit),
             Object(body, unit),
             Tips(self.skeleton, tips, cast.radii, [self._colour(hand, tip) for tip in tips]),
             Forces(tips, unit, 3.2 * unit / scales.force),
-            Supports(cast.supports, unit, 2.0 * unit / scales.support_force),
+            Supports(cast.supports, [name for name, _ in cast.obstacles], unit, 2.0 * unit / scales.support_force),
             Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0),
             Torsion(tips, unit, 1.5 * np.pi / scales.torsion),
             Trails(tips, unit),

@@ -36,12 +36,13 @@ class Forces(Part):
 
 
 class Supports(Part):
-    """A thin arrow for the force of each support: of the table on what lies on it, else on the base of the support."""
+    """A thin arrow for the force of each support: of table or obstacle on what meets it, else on the support's base."""
 
-    def __init__(self, names: Sequence[str], unit: float, metres_per_newton: float) -> None:
+    def __init__(self, names: Sequence[str], obstacles: Sequence[str], unit: float, metres_per_newton: float) -> None:
         shaft, head = arrow()
         self._unit = unit
-        self._scales = [metres_per_newton * (-1.0 if name.startswith(_TABLE) else 1.0) for name in names]
+        still = (_TABLE, *(f"{name} " for name in obstacles))
+        self._scales = [metres_per_newton * (-1.0 if name.startswith(still) else 1.0) for name in names]
         self.items = []
         for name in names:
             self.items += [item(f"supports/{name} shaft", shaft, SUPPORT), item(f"supports/{name} head", head, SUPPORT)]

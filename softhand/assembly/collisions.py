@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.obstacles import read_obstacles
 from softhand.assembly.parts import read_laws
 from softhand.assembly.plant import read_coupling
 from softhand.assembly.probe import recorded_scenario
@@ -73,9 +74,15 @@ def collisions(
 def collisions_at_start(setup: Setup, shapes: Purpose = "collision") -> Collisions:
     """Those of the start of a scenario that is resolved. Raises as `collisions`."""
     world, q = setup.world, setup.grasp.state.q
-    situation = _situation(setup.asked, world.hand, world.object, [tip.law.radius for tip in setup.fingertips], shapes)
+    situation = situation_of(setup, shapes)
     angles, position, rotation = joints_of(world, q), world.object_position(q), world.object_rotation(q)
     return _search(situation, np.zeros(1), angles[None], position[None], rotation[None], 1)
+
+
+def situation_of(setup: Setup, shapes: Purpose = "collision") -> Situation:
+    """Whose collisions are looked for, of a scenario that is resolved."""
+    radii = [tip.law.radius for tip in setup.fingertips]
+    return _situation(setup.asked, setup.world.hand, setup.world.object, radii, shapes)
 
 
 def with_collisions(recording: Recording, events: Sequence[Event]) -> list[Event]:
@@ -123,6 +130,7 @@ def _situation(scenario: Scenario, hand: Urdf, held: Urdf, radii: Sequence[float
         list(zip(scenario.hand.names, radii, strict=True)),
         [(f"palm {k}", palm.frame, palm.position, palm.radius) for k, palm in enumerate(scenario.palm, 1)],
         None if table is None else table_plane(table.height, table.normal),
+        [(obstacle.name, obstacle.shape) for obstacle in read_obstacles(scenario.obstacle)],
         scenario.object.ellipsoid,
         read_coupling(scenario.hand.coupling),
         scenario.fingertip.tips_touch,
