@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 import softhand
 from softhand.analysis.energy import energy_ledger
 from softhand.assembly.build import build
+from softhand.assembly.collisions import collisions
 from softhand.assembly.resolve import resolve
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
-from softhand.collision.collisions import collisions
 from softhand.numerics.spatial import rotation_of
 from softhand.recording.events import find_events, phases_of
 from softhand.recording.recording import Recording

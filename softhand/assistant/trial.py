@@ -11,12 +11,12 @@ import numpy as np
 
 from softhand.analysis.summary import Summary, summarize
 from softhand.assembly.build import simulate
+from softhand.assembly.collisions import collisions_at_start
 from softhand.assembly.plant import read_world
 from softhand.assembly.resolve import resolve
 from softhand.assistant.clearance import shapes_of
 from softhand.assistant.draft import Draft
 from softhand.assistant.gains import Gains, find_gains
-from softhand.assembly.collisions import collisions_at_start
 from softhand.collision.record import Collision
 from softhand.errors import SofthandError
 from softhand.grasping.quality import GraspQuality, quality_in
