@@ -118,6 +118,7 @@ class CompiledRun:
         senses: what the sensor works with.
         plan: what is done when, and what is kept.
         layouts: of the arrays of all three.
+        periods: machine code that runs control periods up to `Plan.progress`.
         observation: live.
         keep: what is kept.
     """
@@ -178,7 +179,7 @@ class CompiledRun:
         self.layouts = Layouts()
         self._drive = self._put_between()
         self._straight = self._straight_code()
-        self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
+        self.periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
         m, plan = self.mechanics, self.plan
         written = *m.kicks, m.mass, m.slopes, m.tree.work, m.torque, plan.limited, plan.Theta, plan.progress
         self._new = [(array, array.copy()) for array in written]
@@ -308,7 +309,7 @@ class CompiledRun:
             law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()), between=np.zeros((2, 2), np.int64)
         )
         self._straight = self._straight_code()
-        self._periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
+        self.periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)
 
     def go(self, is_stopped: Callable[[], bool], periods: int = PERIODS) -> Result:
         """Run to the end, or until somebody says stop, which is asked every so many control periods, at most 500."""
@@ -320,7 +321,7 @@ class CompiledRun:
             progress[LIMIT] = first + periods
             rows = self.table(first, min(first + periods - 1, int(progress[LAST])))
             self.plan.desired[: len(rows)] = rows
-            self._periods()
+            self.periods()
         if progress[FAULT] == HEALTHY:
             return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
         error = self.error()

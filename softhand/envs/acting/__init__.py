@@ -1,0 +1,1 @@
+"""What actions mean, one kind a file"""
