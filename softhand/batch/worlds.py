@@ -108,6 +108,7 @@ class Worlds:
         faults: what ended each world, `HEALTHY` or a number of `simulation.faults`, and at which contact, shape
             (worlds, 2).
         runs: the runs.
+        setups: what each of them is made of.
         sizes: of an observation.
 
     Args:
@@ -131,7 +132,7 @@ class Worlds:
         kept = {"joint_position" if name == "configuration" else name for name in fields} & set(RECORDED_FIELDS)
         self._keep = Keep.of(kept, scenario.duration, self._period)
         self.runs = [self._made(setup) for _ in range(count)]
-        first = self.runs[0]
+        self.setups, first = [setup] * count, self.runs[0]
         self.sizes: Sizes = first.sizes
         sizes = [prod(shapes(self.sizes)[name]) for name in self._fields]
         self._segments = np.array([*zip(map(beginnings(self.sizes).get, self._fields), sizes, strict=True)], np.int64)
@@ -175,7 +176,7 @@ class Worlds:
             run = self._made(setup)
             if run.sizes != self.sizes:
                 raise ScenarioError("worlds: one has another hand than the others.", key="hand")
-        self.runs[index], self._starts[index] = run, _copies(run)
+        self.setups[index], self.runs[index], self._starts[index] = setup, run, _copies(run)
         self._seats[index] = self._seat(index)
         self.restart(index)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, ClassVar
 
 import gymnasium
@@ -9,13 +10,16 @@ import numpy as np
 
 from softhand.envs import goals
 from softhand.envs.episodes import Episodes
-from softhand.envs.rendering import MODES, Renderer
+from softhand.envs.rendering import Renderer
 from softhand.envs.spaces import action_space, observation_space, observed, of_world
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray, Array
 
 RENDER_FPS = 100
 """Actions a second, as long as one takes 0.01 s."""
+
+MODES = {"human": "softhand.envs.shown:Shown", "rgb_array": "softhand.envs.pictures:Pictures"}
+"""Render modes, and what draws in them, which is imported when it is asked for."""
 
 
 class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
@@ -43,7 +47,7 @@ class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
     def __init__(self, task: str = "HoldBox", render_mode: str | None = None, **options: Any) -> None:
         self.episodes = Episodes(task, options)
         self.render_mode = render_mode
-        self._renderer = Renderer.of(render_mode, self.episodes)
+        self._renderer = _renderer(render_mode, self.episodes)
         self.action_space = action_space(self.episodes)
         self.observation_space = observation_space(self.episodes)
         self._begun = False
@@ -115,6 +119,18 @@ class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
 
     def _observed(self) -> dict[str, Array]:
         return of_world(observed(self.episodes), 0)
+
+
+def _renderer(mode: str | None, episodes: Episodes) -> Renderer | None:
+    if mode is None:
+        return None
+    if mode not in MODES:
+        raise ScenarioError(
+            f"render_mode: got {mode!r}; choose {' or '.join(MODES)}, or None.", key="render_mode", value=mode
+        )
+    module, _, name = MODES[mode].partition(":")
+    renderer: Renderer = getattr(import_module(module), name)(episodes)
+    return renderer
 
 
 def _one(action: Any, size: int) -> Any:

@@ -104,7 +104,7 @@ class Episodes:
         """
         worlds = self.worlds
         for index, rng in zip(indices, rngs, strict=True):
-            if anew or not self._left[index]:
+            if self._draw.draws and (anew or not self._left[index]):
                 setup, self.values[index] = self._draw.setup(rng, self._variations)
                 worlds.become(index, setup)
                 self._left[index] = self.options.episodes_per_world

@@ -46,6 +46,11 @@ class Draw:
                 )  # fmt: skip
             self._groups.append((float(x), _numbers(name, table)))
 
+    @property
+    def draws(self) -> bool:
+        """Whether worlds differ at all."""
+        return bool(self._groups)
+
     def values(self, rng: np.random.Generator) -> dict[str, float]:
         """Values by dotted key."""
         found: dict[str, float] = {}

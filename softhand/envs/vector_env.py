@@ -128,7 +128,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         if not goes.all():
             begins = ~goes
             self._begin(np.flatnonzero(begins), False)
-            info |= {"world": self._told_at_start(begins)["world"], "_world": begins}
+            info |= _merged(info, self._told_at_start(begins))
         self._is_over = outcome.terminated | truncated
         if self._mode == AutoresetMode.SAME_STEP and self._is_over.any():
             info |= self._begin_in_the_same_step(info)
@@ -156,9 +156,11 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         names = [name for name in info if not name.startswith("_")]
         ended = {name: info[name] for name in names} | {f"_{name}": info[f"_{name}"] & over for name in names}
         self._begin(np.flatnonzero(over), False)
-        world = self._told_at_start(over)["world"]
-        return {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over, "world": world,
-                "_world": over}  # fmt: skip
+        told = {name: info[name] for name in info if name.removeprefix("_") in ("is_success", "cost")}
+        for name in ("is_success", "cost"):
+            told[name] = np.where(over, 0, told[name]).astype(told[name].dtype)
+        fresh = _merged(told, self._told_at_start(over))
+        return {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over.copy(), **fresh}
 
     def _seed(self, seed: int | Sequence[int | None] | None, begins: AnyArray) -> AnyArray:
         """Make the generators; which of them are new."""
@@ -216,6 +218,12 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             "is_success": success & begins, "_is_success": begins.copy(), "cost": np.zeros(self.num_envs),
             "_cost": begins.copy(), "world": world, "_world": begins.copy(),
         }  # fmt: skip
+
+
+def _merged(told: dict[str, Any], at_start: dict[str, Any]) -> dict[str, Any]:
+    """What is told of worlds that went on, and of those that began, which are others."""
+    both = {name: told[name] + at_start[name] for name in told if name in at_start}
+    return {**told, **at_start, **both}
 
 
 def _processors() -> int:

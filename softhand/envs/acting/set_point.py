@@ -34,7 +34,7 @@ class SetPointActing(Acting):
         count, self.size = len(worlds.runs), 8 if begins_open else 6
         self._start = np.zeros((count, 6))
         self._offset, self._grip = np.zeros((count, 6)), np.zeros((count, 2))
-        self.limits = np.concatenate([FARTHEST, [0.02, 10.0]])[: self.size]
+        self.limits = np.array([10.0, 10.0, 10.0, 4.0, 4.0, 4.0, 0.02, 10.0])[: self.size]
 
     def begin(self, index: int) -> None:
         """From where the start is."""
@@ -67,5 +67,8 @@ class SetPointActing(Acting):
         wanted[goes, 3:6] = (Rotation.from_rotvec(self._offset[goes, 3:]) * start).as_euler("xyz")
 
     def asked(self) -> Array:
-        """The set point from the start on: position [m], rotation vector [rad]; then opening [m] and squeeze [N]."""
-        return np.hstack([self._offset, self._grip]) if self.begins_open else self._offset
+        """How far the set point is from the object: position [m], rotation vector [rad]; then opening [m], squeeze [N]."""
+        wanted, pose = self.worlds.wanted, self.worlds.seen["configuration"][:, -7:]
+        turn = Rotation.from_euler("xyz", wanted[:, 3:6]) * Rotation.from_quat(pose[:, 3:]).inv()
+        ahead = np.hstack([wanted[:, :3] - pose[:, :3], turn.as_rotvec()])
+        return np.hstack([ahead, self._grip]) if self.begins_open else ahead
