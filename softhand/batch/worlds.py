@@ -1,11 +1,11 @@
-"""Many worlds side by side that go on together, some control periods at a call; in between one may say what is asked."""
+"""Many worlds side by side that go on together, some control periods at a call; what is asked may change in between."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,7 @@ def go_on(m, senses, plan, seat):
     for k in range(seat.command.shape[0]):
         seat.memory[k] = seat.command[k]
     if seat.turn[0] > 0:
-        call(seat.code[0], seat.code[1], seat.code[1])
+        call(seat.code[0], seat.code[1], seat.code[1])  # type: ignore[call-arg]
     if progress[FAULT] == HEALTHY and not done(plan.straight, RECORDED):  # type: ignore[call-arg]
         progress[FAULT], progress[FINGER] = look(
             m.tree, m.touch, m.terms, m.state, m.at, senses, plan.parts, plan.Theta
@@ -90,7 +90,7 @@ def go_on(m, senses, plan, seat):
 def all_go_on(codes):
     """One after the other: rows of an address and of what is called with it, shape (worlds, 2)."""
     for i in range(codes.shape[0]):
-        call(codes[i, 0], codes[i, 1], codes[i, 1])
+        call(codes[i, 0], codes[i, 1], codes[i, 1])  # type: ignore[call-arg]
 
 
 class Worlds:
@@ -122,9 +122,7 @@ class Worlds:
         ScenarioError: there is no machine code for the stepper or the law of the setup.
     """
 
-    def __init__(
-        self, setup: Setup, count: int, fields: Sequence[str], command: int = 0, threads: int = 1
-    ) -> None:
+    def __init__(self, setup: Setup, count: int, fields: Sequence[str], command: int = 0, threads: int = 1) -> None:
         scenario, self._period = setup.asked, setup.asked.control_period
         if not is_compiled(setup):
             raise _not_compiled("stepper.name", scenario.stepper.name)
@@ -155,8 +153,7 @@ class Worlds:
         if self._pool is None:
             self._work[0]()
             return
-        for done_ in [self._pool.submit(work) for work in self._work]:
-            done_.result()
+        list(self._pool.map(lambda work: work(), self._work))
 
     def restart(self, index: int) -> None:
         """One world at its start again, as if it were new; `go_on` tells what is seen there."""
@@ -231,7 +228,8 @@ class Worlds:
 
 def _row(array: AnyArray, index: int) -> AnyArray:
     """A row as memory of its own, so that all worlds are laid out alike."""
-    return np.asarray(memoryview(np.atleast_1d(array[index : index + 1]).reshape(-1)))
+    own: Any = array[index : index + 1].reshape(-1)
+    return np.asarray(memoryview(own))
 
 
 def _copies(run: CompiledRun) -> list[tuple[AnyArray, AnyArray]]:
@@ -242,4 +240,6 @@ def _copies(run: CompiledRun) -> list[tuple[AnyArray, AnyArray]]:
 
 
 def _not_compiled(key: str, name: str) -> ScenarioError:
-    return ScenarioError(f"{key}: there is no machine code for {name!r}, which worlds side by side need.", key=key, value=name)
+    return ScenarioError(
+        f"{key}: there is no machine code for {name!r}, which worlds side by side need.", key=key, value=name
+    )

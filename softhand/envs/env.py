@@ -30,8 +30,8 @@ class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
 
         env = gymnasium.make("softhand/ReorientBox-v0", action="set-point", reward="sparse")
 
-    Observation, goals and `compute_reward` are those of Gymnasium-Robotics. `info` has `is_success`, the `cost` that the
-    reward has in it, of an episode that ends early why it `ended`, and after `reset` what was drawn for the `world`.
+    Observation, goals and `compute_reward` are those of Gymnasium-Robotics. `info` has `is_success`, the `cost` that
+    the reward has in it, of an episode that ends early why it `ended`, after `reset` what was drawn for the `world`.
 
     Args:
         task: `HoldBox`, `ReorientBox` or `GraspAndLift`.

@@ -21,8 +21,8 @@ from softhand.simulation.faults import HEALTHY
 
 _ALWAYS = ("joint_position", "joint_velocity", "object_twist", "configuration", "contact_force", "internal_force")
 TOUCH = ("deformation", "contact_force", "limit_surface_use", "is_slipping")
-"""What the tactile variants see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use of the
-limit of friction, and 1 where it slips."""
+"""What the tactile variants see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use of
+the limit of friction, and 1 where it slips."""
 
 LARGEST = {
     "joint_position": 1e2, "joint_velocity": 1e3, "object_twist": 1e3, "deformation": 1e2, "contact_force": 1e4,
@@ -164,13 +164,11 @@ class Episodes:
     def _ended(self) -> AnyArray:
         """Why each world ended, "" where it did not."""
         seen = self.worlds.seen
-        off = np.zeros(len(self), bool)
-        if not self.task.begins_open:
-            off = (seen["contact_force"][:, :, 2] <= 0.0).any(axis=1)
+        off = np.any(seen["contact_force"][:, :, 2] <= 0.0, axis=1) & (not self.task.begins_open)
         away = np.linalg.norm(seen["configuration"][:, -7:-4] - self._starts[:, :3], axis=1)
         found = np.where(away > self.task.lost, "lost", np.where(off, "slipped off", ""))
         for index in np.flatnonzero(self.worlds.faults[:, 0] != HEALTHY):
-            found[index] = self.worlds.error(index).reason[:11]
+            found[index] = self.worlds.error(int(index)).reason[:11]
         return found
 
     def _checked(self, actions: Any, goes: AnyArray) -> Array:

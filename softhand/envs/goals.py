@@ -41,7 +41,7 @@ def reached(achieved: Array, desired: Array, measure: Measure) -> AnyArray:
 
 
 def reward(achieved: Array, desired: Array, measure: Measure, cost: Array | float = 0.0) -> Array:
-    """1 / (1 + distance / scale + angle / scale) - cost, or 1 where a goal is reached, and 0 elsewhere, less the cost."""
+    """1 / (1 + distance / scale + angle / scale) less the cost; or 1 where a goal is reached, 0 elsewhere, less it."""
     if not measure.is_dense:
         return reached(achieved, desired, measure).astype(float) - cost
     distance, angle = errors(achieved, desired)
@@ -49,7 +49,7 @@ def reward(achieved: Array, desired: Array, measure: Measure, cost: Array | floa
 
 
 def costs(info: Mapping[str, Any] | Sequence[Mapping[str, Any]] | AnyArray | None) -> Array | float:
-    """The costs that infos tell: of one step, of the steps of many worlds, or a list of infos, as replay buffers have them."""
+    """The costs that infos tell: of a step, of a step of many worlds, or in a list of infos, as replay buffers have it."""
     if info is None:
         return 0.0
     if isinstance(info, Mapping):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import ConfigDict, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
 from softhand.envs.acting.kinds import KINDS
 from softhand.envs.tasks import TASKS, Task
@@ -27,8 +27,8 @@ class Options(Settings):
     """`dense` grows on the way to the goal; `sparse` is 1 where the goal is reached, 0 elsewhere."""
     touch: bool = False
     """Whether the observation has deformation, force and slip of each contact."""
-    randomise: dict[str, float] = {"friction": 0.1, "mass": 0.2, "stiffness": 0.1}
-    """Largest share by which a world differs: of `mass`, `friction`, `stiffness`, or of a dotted key of the scenario."""
+    randomise: dict[str, float] = Field(default={"friction": 0.1, "mass": 0.2, "stiffness": 0.1})
+    """Largest share by which `mass`, `friction`, `stiffness`, or a dotted key of the scenario, differs in a world."""
     episodes_per_world: int = 1
     """Episodes in one world before another is drawn."""
     action_period: Positive = 0.01
@@ -37,7 +37,7 @@ class Options(Settings):
     """Taken off the reward of each step for each newton of internal force, mean over the pairs of contacts [1/N]."""
     scenario: Any = None
     """Name, path or `Scenario` in place of that of the task: another hand, object, law."""
-    overrides: dict[str, Any] = {}
+    overrides: dict[str, Any] = Field(default={})
     """Values of the scenario that differ, by dotted key."""
 
     @field_validator("episodes_per_world")

@@ -60,8 +60,9 @@ class _Stage(Page):
         self._page.open(self.address)
         self._wait()
         self._page.evaluate(
-            "for (const id of ['panel', 'curves', 'player', 'slip']) document.getElementById(id).style.display = 'none';"
-            "document.getElementById('view').style.inset = 0; window.dispatchEvent(new Event('resize'));"
+            "const part = (id) => document.getElementById(id).style;"
+            "for (const id of ['panel', 'curves', 'player', 'slip']) part(id).display = 'none';"
+            "part('view').inset = 0; window.dispatchEvent(new Event('resize'));"
             "softhand.stage.orbit.view('3-D')"
         )
 

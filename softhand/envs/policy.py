@@ -1,34 +1,13 @@
-"""Learned policies: a matrix from what is observed to the set point, for learning and as a controller."""
+"""Linear policies: a matrix from what is observed to the next move of the set point."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import field_validator
 from scipy.spatial.transform import Rotation
 
-from softhand.controllers.blocks import (
-    add_internal_forces,
-    add_pose_spring,
-    add_torsion,
-    feed_back_internal_forces,
-    hold_joints,
-    pose_error,
-    push_contacts,
-    share_wrench,
-    take_off_torsion,
-    turn_error,
-)
-from softhand.controllers.controller import Controller
-from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.envs.acting.set_point import FARTHEST, MOVE
 from softhand.numerics.arrays import Array
-from softhand.numerics.compiled import compiled
-from softhand.numerics.rotations import set_rotation, set_rpy, turn_rotation
-from softhand.sensing.observation import Observation
-from softhand.settings.settings import Gain, Vector
 
 ACTIONS, FEATURES = 6, 18
 """Rows and columns of a policy."""

@@ -14,7 +14,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.settings.guesses import did_you_mean
 
 SHORT = ("mass", "friction", "stiffness")
-"""Names for what is varied most: mass of the object, friction of the tips, all stiffnesses of the tips by one factor."""
+"""Names for what is varied most: mass of the object, friction of the tips, all their stiffnesses by one factor."""
 
 _STIFFNESSES = ("E", "K", "c_d")
 """Of fingertip laws, beside all that begin with k."""

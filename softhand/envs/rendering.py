@@ -14,6 +14,7 @@ from softhand.sensing.observation import Observation
 from softhand.sensing.sensor import Sensor
 from softhand.simulation.simulation import Simulation
 
+
 class Mirror:
     """The first world of some episodes as a simulation that viewers know, which is never run."""
 

@@ -27,8 +27,8 @@ class Task:
     Attributes:
         scenario: name of the world about which worlds are drawn.
         overrides: its values that differ, by dotted key.
-        steps: actions in an episode, of 10 ms each.
-        reach: largest change of the pose from the start to the goal along x, y, z [m], and about them [rad], shape (6,).
+        steps: actions in an episode.
+        reach: largest change from the start to the goal along x, y, z [m], and about them [rad], shape (6,).
         raised: how far the goal is above the start, lowest and highest [m].
         near: errors within which a goal is reached [m, rad].
         scale: errors each of which halves the dense reward [m, rad].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -40,9 +40,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         SofthandError: an option is wrong, or the world has no start.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
-        "render_modes": [], "render_fps": RENDER_FPS, "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }  # fmt: skip
+    metadata: dict[str, Any]
 
     def __init__(
         self,
@@ -66,7 +64,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         self.episodes = Episodes(task, options, num_envs, threads or _processors())
         self.num_envs, self.render_mode = num_envs, None
         self._mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
+        self.metadata = {"render_modes": [], "render_fps": RENDER_FPS, "autoreset_mode": self._mode}
         self._longest = max_episode_steps or self.episodes.task.steps
         self.single_action_space = action_space(self.episodes)
         self.single_observation_space = observation_space(self.episodes)
@@ -105,9 +103,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             self._begin(np.flatnonzero(begins & (anew == fresh)), fresh)
         return observed(self.episodes), self._told_at_start(begins)
 
-    def step(
-        self, actions: AnyArray
-    ) -> tuple[dict[str, Array], Array, AnyArray, AnyArray, dict[str, Any]]:
+    def step(self, actions: AnyArray) -> tuple[dict[str, Array], Array, AnyArray, AnyArray, dict[str, Any]]:
         """One action in each world.
 
         Raises:
@@ -152,7 +148,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         over, last = self._is_over.copy(), observed(self.episodes)
         final = np.empty(self.num_envs, object)
         for index in np.flatnonzero(over):
-            final[index] = of_world(last, index)
+            final[index] = of_world(last, int(index))
         names = [name for name in info if not name.startswith("_")]
         ended = {name: info[name] for name in names} | {f"_{name}": info[f"_{name}"] & over for name in names}
         self._begin(np.flatnonzero(over), False)
@@ -204,7 +200,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             told["ended"] = np.full(self.num_envs, None, object)
             told["_ended"] = outcome.terminated.copy()
             for index in np.flatnonzero(outcome.terminated):
-                told["ended"][index] = self.episodes.why(index)
+                told["ended"][index] = self.episodes.why(int(index))
         return told
 
     def _told_at_start(self, begins: AnyArray) -> dict[str, Any]:

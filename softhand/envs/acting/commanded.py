@@ -42,5 +42,7 @@ def commanded(observed, settings, memory, torque):
     """The law of the class."""
     n = torque.shape[0]
     for j in range(n):
-        torque[j] = settings.gravity * observed.gravity_torque[j] + memory[j] - settings.K_d * observed.joint_velocity[j]
+        torque[j] = (
+            settings.gravity * observed.gravity_torque[j] + memory[j] - settings.K_d * observed.joint_velocity[j]
+        )
         torque[j] += settings.K_p * (memory[n + j] - observed.joint_position[j])

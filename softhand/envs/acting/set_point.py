@@ -23,8 +23,8 @@ class SetPointActing(Acting):
     """Each action moves the desired pose by up to 1 mm and 0.01 rad along and about the axes of the base.
 
     Where the fingers start open there are two numbers more: by how much the desired opening of the fingers changes, up
-    to 0.5 mm, and the desired squeeze, up to 0.1 N between each pair. The fingers carry the weight once they squeeze: from
-    0.3 N on, all of it from 3 N on.
+    to 0.5 mm, and the desired squeeze, up to 0.1 N between each pair. The fingers carry the weight once they squeeze:
+    some of it from 0.3 N on, all of it from 3 N on.
     """
 
     holds = True
@@ -67,7 +67,7 @@ class SetPointActing(Acting):
         wanted[goes, 3:6] = (Rotation.from_rotvec(self._offset[goes, 3:]) * start).as_euler("xyz")
 
     def asked(self) -> Array:
-        """How far the set point is from the object: position [m], rotation vector [rad]; then opening [m], squeeze [N]."""
+        """How far the set point is off the object: position [m], rotation vector [rad]; opening [m], squeeze [N]."""
         wanted, pose = self.worlds.wanted, self.worlds.seen["configuration"][:, -7:]
         turn = Rotation.from_euler("xyz", wanted[:, 3:6]) * Rotation.from_quat(pose[:, 3:]).inv()
         ahead = np.hstack([wanted[:, :3] - pose[:, :3], turn.as_rotvec()])

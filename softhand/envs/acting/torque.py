@@ -10,7 +10,7 @@ from softhand.envs.acting.commanded import Commanded
 from softhand.numerics.arrays import AnyArray, Array
 
 TORQUE = 0.1
-"""[N m], or [N] of a joint that slides, for an action of 1 of the kind `torque`; of `plain-torque` 1 is the effort limit."""
+"""[N m], or [N] of a joint that slides, for an action of 1 of the kind `torque`; of `plain-torque` it is the limit."""
 
 
 class TorqueActing(Acting):
@@ -91,7 +91,10 @@ class JointActing(TorqueActing):
         assert law is not None
         self._now[index] = 0.0
         self._base[index] = law.memory[n : 2 * n]
-        self.worlds.commands[index, :n], self.worlds.commands[index, n:] = holding(self.worlds, index), self._base[index]
+        self.worlds.commands[index, :n], self.worlds.commands[index, n:] = (
+            holding(self.worlds, index),
+            self._base[index],
+        )
 
     def act(self, actions: Array, goes: AnyArray) -> None:
         """Move the set points."""
