@@ -49,7 +49,7 @@ def reward(achieved: Array, desired: Array, measure: Measure, cost: Array | floa
 
 
 def costs(info: Mapping[str, Any] | Sequence[Mapping[str, Any]] | AnyArray | None) -> Array | float:
-    """The costs that infos tell: of a step, of a step of many worlds, or in a list of infos, as replay buffers have it."""
+    """The costs that infos tell: of a step, of a step of many worlds, or in a list of infos, as of replay buffers."""
     if info is None:
         return 0.0
     if isinstance(info, Mapping):
