@@ -18,10 +18,10 @@ import cma
 import gymnasium
 import numpy as np
 
-from softhand.envs.policy import ACTIONS, FEATURES, act
+import softhand
 
-STEPS = 100
-"""Actions in an episode: 1 s."""
+STEPS = 100  # actions in an episode: 1 s
+SHAPE = softhand.LinearSetPoint.shape
 
 
 class Arena:
@@ -40,11 +40,12 @@ class Arena:
 
     def play(self, policies):
         """Mean reward of a step, and share of episodes that end at their goal, of each policy."""
-        weights = np.repeat(np.reshape(policies, (self.policies, ACTIONS, FEATURES)), self.worlds, axis=0)
+        weights = np.repeat(np.reshape(policies, (self.policies, *SHAPE)), self.worlds, axis=0)
         observation, _ = self.envs.reset()
         total, goes = np.zeros(len(weights)), np.ones(len(weights), bool)
         for _ in range(STEPS):
-            observation, reward, terminated, _, info = self.envs.step(act(weights, observation))
+            actions = softhand.LinearSetPoint.actions(weights, observation)
+            observation, reward, terminated, _, info = self.envs.step(actions)
             total += reward * goes
             goes &= ~terminated
         success = goes & info["is_success"]
@@ -56,7 +57,7 @@ def learn(seed=0, generations=80, population=16, worlds=3, tests=32, every=10, s
     """The matrix, and the learning curve: generation, processor time [s], mean reward and success of the tests."""
     begin = time.process_time()
     arena, test = Arena(population, worlds, 10_000 * seed), Arena(1, tests, 10_000 * seed + 5_000)
-    start, settings = np.zeros(ACTIONS * FEATURES), {"CMA_diagonal": True, "seed": seed + 1, "verbose": -9}
+    start, settings = np.zeros(SHAPE[0] * SHAPE[1]), {"CMA_diagonal": True, "seed": seed + 1, "verbose": -9}
     search, curve = cma.CMAEvolutionStrategy(start, 0.3, {"popsize": population, **settings}), []
     for generation in range(generations + 1):
         if generation % every == 0 or generation == generations:
@@ -68,7 +69,7 @@ def learn(seed=0, generations=80, population=16, worlds=3, tests=32, every=10, s
             search.tell(tried, (-arena.play(tried)[0]).tolist())
     for one in (arena, test):
         one.envs.close()
-    return search.mean.reshape(ACTIONS, FEATURES), curve
+    return search.mean.reshape(SHAPE), curve
 
 
 def main(arguments=None):

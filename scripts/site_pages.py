@@ -28,8 +28,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "parts": (
         "Parts to build on",
         "Classes that yours derive from, what they are handed, and what a run is made of.",
-        ("Controller", "Observation", "Law", "Damping", "Reference", "Goal", "Stepper", "Integration", "Plant", "State",
-         "Push", "blocks"),
+        ("Controller", "LinearSetPoint", "Observation", "Law", "Damping", "Reference", "Goal", "Stepper", "Integration",
+         "Plant", "State", "Push", "blocks"),
     ),
     "grasps": (
         "Grasps",

@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.collision.record import Collisions as Collisions
     from softhand.controllers import blocks as blocks
     from softhand.controllers.controller import Controller as Controller
+    from softhand.controllers.linear_set_point import LinearSetPoint as LinearSetPoint
     from softhand.dampings.damping import Damping as Damping
     from softhand.derivatives.costs import FunctionCost as FunctionCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
@@ -141,6 +142,7 @@ _HOMES = {
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
     "controllers.controller": ("Controller",),
+    "controllers.linear_set_point": ("LinearSetPoint",),
     "dampings.damping": ("Damping",),
     "design.gain_design": ("GainDesign",),
     "design.gains": ("design_gains",),

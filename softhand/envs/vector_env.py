@@ -52,8 +52,10 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
-        for name, value in (("num_envs", num_envs), ("threads", 1 if threads is None else threads)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        counts = {"num_envs": num_envs, "threads": threads, "max_episode_steps": max_episode_steps}
+        for name, value in counts.items():
+            is_count = isinstance(value, int) and not isinstance(value, bool) and value >= 1
+            if not is_count and (value is not None or name == "num_envs"):
                 raise ScenarioError(f"{name}: got {value!r}; give a whole number, at least 1.", key=name, value=value)
         if render_mode is not None:
             raise ScenarioError(
@@ -63,7 +65,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             )  # fmt: skip
         self.episodes = Episodes(task, options, num_envs, threads or _processors())
         self.num_envs, self.render_mode = num_envs, None
-        self._mode = AutoresetMode(autoreset_mode)
+        self._mode = _mode(autoreset_mode)
         self.metadata = {"render_modes": [], "render_fps": RENDER_FPS, "autoreset_mode": self._mode}
         self._longest = max_episode_steps or self.episodes.task.steps
         self.single_action_space = action_space(self.episodes)
@@ -214,6 +216,16 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             "is_success": success & begins, "_is_success": begins.copy(), "cost": np.zeros(self.num_envs),
             "_cost": begins.copy(), "world": world, "_world": begins.copy(),
         }  # fmt: skip
+
+
+def _mode(mode: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError as error:
+        raise ScenarioError(
+            f"autoreset_mode: got {mode!r}; choose {', '.join(one.value for one in AutoresetMode)}.",
+            key="autoreset_mode", value=mode,
+        ) from error  # fmt: skip
 
 
 def _merged(told: dict[str, Any], at_start: dict[str, Any]) -> dict[str, Any]:

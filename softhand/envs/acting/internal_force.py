@@ -6,8 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softhand.batch.worlds import Worlds
+from softhand.controllers.linear_set_point import MOVE
 from softhand.envs.acting.acting import stepped
-from softhand.envs.acting.set_point import MOVE, SetPointActing
+from softhand.envs.acting.set_point import SetPointActing
 from softhand.numerics.arrays import AnyArray, Array
 
 FORCE = 0.2

@@ -6,13 +6,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softhand.batch.worlds import Worlds
+from softhand.controllers.linear_set_point import FARTHEST, MOVE
 from softhand.envs.acting.acting import Acting, stepped
 from softhand.numerics.arrays import AnyArray, Array
 
-MOVE = np.array([1e-3, 1e-3, 1e-3, 0.01, 0.01, 0.01])
-"""[m, rad] of one action of 1."""
-FARTHEST = np.array([0.05, 0.05, 0.05, 0.6, 0.6, 0.6])
-"""From the start [m, rad]."""
 OPEN, SQUEEZE = 5e-4, 0.1
 """[m] and [N] of one action of 1."""
 _OPENINGS, _SQUEEZES = (-0.004, 0.02), (0.0, 10.0)

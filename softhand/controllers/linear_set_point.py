@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import field_validator
+from scipy.spatial.transform import Rotation
 
 from softhand.controllers.blocks import (
     add_internal_forces,
@@ -21,13 +23,38 @@ from softhand.controllers.blocks import (
 )
 from softhand.controllers.controller import Controller
 from softhand.controllers.gains import diagonal, pose_diagonal
-from softhand.envs.acting.set_point import FARTHEST, MOVE
-from softhand.envs.policy import ACTIONS, FEATURES, SCALE
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import set_rotation, set_rpy, turn_rotation
 from softhand.sensing.observation import Observation
 from softhand.settings.settings import Gain, Vector
+
+SHAPE = 6, 18
+"""Moves and features of a policy."""
+MOVE = np.array([1e-3, 1e-3, 1e-3, 0.01, 0.01, 0.01])
+"""Largest move of a set point in one action [m, rad]."""
+FARTHEST = np.array([0.05, 0.05, 0.05, 0.6, 0.6, 0.6])
+"""Of a set point from the start [m, rad]."""
+
+SCALE = np.array([0.01] * 3 + [0.17] * 3 + [0.01] * 3 + [0.17] * 3 + [0.1] * 3 + [1.0] * 3)
+"""Of the features [m, rad, m, rad, m/s, rad/s]."""
+
+
+def features(observation: Mapping[str, Array]) -> Array:
+    """What a policy is told: how far the goal is, how far the set point is, how the object moves; divided by `SCALE`.
+
+    Args:
+        observation: of `ReorientBox` or `HoldBox` with the action `set-point`, of one world or of many.
+
+    Returns:
+        Shape (..., 18): missing position and turn, position and turn of the set point from the object, twist; all in
+        axes of the base.
+    """
+    seen, now, goal = (observation[name] for name in ("observation", "achieved_goal", "desired_goal"))
+    turn = Rotation.from_quat(goal[..., 3:]) * Rotation.from_quat(now[..., 3:]).inv()
+    joints = (seen.shape[-1] - 12) // 2
+    twist, ahead = seen[..., 2 * joints : 2 * joints + 6], seen[..., 2 * joints + 6 :]
+    return np.concatenate([goal[..., :3] - now[..., :3], turn.as_rotvec(), ahead, twist], axis=-1) / SCALE
 
 
 class LinearSetPoint(Controller):
@@ -52,11 +79,14 @@ class LinearSetPoint(Controller):
     K_N: Gain = 1.0
     """As in `regulation` [1]."""
 
+    shape: ClassVar[tuple[int, int]] = SHAPE
+    """Of the matrix: moves, features."""
+
     @field_validator("weights")
     @classmethod
     def _is_a_matrix(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if len(value) != ACTIONS * FEATURES:
-            raise ValueError(f"got {len(value)} numbers; give {ACTIONS * FEATURES}, {ACTIONS} rows of {FEATURES}.")
+        if len(value) != SHAPE[0] * SHAPE[1]:
+            raise ValueError(f"got {len(value)} numbers; give {SHAPE[0] * SHAPE[1]}, {SHAPE[0]} rows of {SHAPE[1]}.")
         return value
 
     @field_validator("hold")
@@ -65,6 +95,16 @@ class LinearSetPoint(Controller):
         if value < 1:
             raise ValueError(f"got {value}; give a whole number, at least 1.")
         return value
+
+    @staticmethod
+    def actions(weights: Array, observation: Mapping[str, Array]) -> Array:
+        """The same in an environment: actions from -1 to 1.
+
+        Args:
+            weights: one matrix, shape (6, 18), or one for each world, shape (worlds, 6, 18).
+            observation: as `features` takes it.
+        """
+        return np.clip(np.einsum("...ij,...j->...i", weights, features(observation)), -1.0, 1.0)
 
     @property
     def formula(self) -> Any:  # type: ignore[override]
@@ -75,7 +115,7 @@ class LinearSetPoint(Controller):
         """The matrix and the gains."""
         n, pairs = observation.joint_position.shape[0], observation.internal_force.shape[0]
         return Matrix(
-            np.array(self.weights).reshape(ACTIONS, FEATURES) / SCALE,
+            np.array(self.weights).reshape(SHAPE) / SCALE,
             MOVE.copy(),
             FARTHEST.copy(),
             float(self.hold),
