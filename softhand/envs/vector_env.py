@@ -129,7 +129,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
             info |= _merged(info, self._told_at_start(begins))
         self._is_over = outcome.terminated | truncated
         if self._mode == AutoresetMode.SAME_STEP and self._is_over.any():
-            info |= self._begin_in_the_same_step(info)
+            info = self._begin_in_the_same_step(info)
         return observed(self.episodes), np.where(goes, outcome.reward, 0.0), outcome.terminated, truncated, info
 
     def compute_reward(self, achieved_goal: Array, desired_goal: Array, info: Any) -> Any:
@@ -151,12 +151,9 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         final = np.empty(self.num_envs, object)
         for index in np.flatnonzero(over):
             final[index] = of_world(last, int(index))
-        names = [name for name in info if not name.startswith("_")]
-        ended = {name: info[name] for name in names} | {f"_{name}": info[f"_{name}"] & over for name in names}
+        ended = {name: _where(over, info[name]) for name in info}
+        told = {name: _where(~over, info[name]) for name in info if name.removeprefix("_") in ("is_success", "cost")}
         self._begin(np.flatnonzero(over), False)
-        told = {name: info[name] for name in info if name.removeprefix("_") in ("is_success", "cost")}
-        for name in ("is_success", "cost"):
-            told[name] = np.where(over, 0, told[name]).astype(told[name].dtype)
         fresh = _merged(told, self._told_at_start(over))
         return {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over.copy(), **fresh}
 
@@ -226,6 +223,11 @@ def _mode(mode: AutoresetMode | str) -> AutoresetMode:
             f"autoreset_mode: got {mode!r}; choose {', '.join(one.value for one in AutoresetMode)}.",
             key="autoreset_mode", value=mode,
         ) from error  # fmt: skip
+
+
+def _where(kept: AnyArray, told: AnyArray) -> AnyArray:
+    """What is told of some worlds, and nothing of the others."""
+    return np.where(kept, told, None if told.dtype == object else told.dtype.type(0))
 
 
 def _merged(told: dict[str, Any], at_start: dict[str, Any]) -> dict[str, Any]:

@@ -14,9 +14,9 @@ TORQUE = 0.1
 
 
 class TorqueActing(Acting):
-    """tau = N_F + tau_0 + 0.1 N m times the action; tau_0 are the torques that hold the object at the start."""
+    """tau = N_F + tau_0 + 0.1 N m times the action - K_d q'; tau_0 are the torques that hold the object at the start."""
 
-    law = Commanded()
+    law = Commanded(K_d=0.03)
 
     def __init__(self, worlds: Worlds, goals: Array, begins_open: bool) -> None:
         super().__init__(worlds, goals, begins_open)
@@ -54,7 +54,7 @@ class TorqueActing(Acting):
 class PlainTorqueActing(TorqueActing):
     """tau = effort limit times the action, and nothing else."""
 
-    law = Commanded(gravity=0.0)
+    law = Commanded(gravity=0.0, K_d=0.0)
 
     @staticmethod
     def scale(effort_limit: Array) -> Array:
@@ -72,7 +72,7 @@ class JointActing(TorqueActing):
     tau = N_F + tau_0 + K_p (q_told - q) - K_d q', with tau_0 as above.
     """
 
-    law = Commanded(K_p=2.0, K_d=0.02)
+    law = Commanded(K_p=3.0, K_d=0.08)
     _FARTHEST = 0.5  # from the start
 
     @staticmethod
