@@ -61,14 +61,14 @@ def test_each_kind_of_action_is_checked_too(action: str) -> None:
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_worlds_side_by_side_are_single_ones(mode: str) -> None:
     """To the last bit, what is told beside included, through ends before the time, ends of the time and new worlds."""
-    name, options = "softhand/HoldBox-v0", {"action": "torque", "max_episode_steps": 8}
+    name, options = "softhand/HoldBox-v0", {"action": "torque", "max_episode_steps": 20}
     mine = gymnasium.make_vec(name, num_envs=3, threads=2, autoreset_mode=mode, episodes_per_world=2, **options)
     makers = [lambda: gymnasium.make(name, episodes_per_world=2, **options)] * 3
     single = gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=mode)
     assert_same(mine.reset(seed=5), single.reset(seed=5))
     rng, ends = np.random.default_rng(0), np.zeros(2, int)
     for _ in range(60):
-        actions = (rng.uniform(-1.0, 1.0, (3, 9)) * [[1.0], [0.1], [0.6]]).astype(np.float32)
+        actions = (rng.uniform(-1.0, 1.0, (3, 9)) * [[0.1], [0.1], [0.6]] + [[0.9], [0.0], [0.0]]).astype(np.float32)
         found = mine.step(actions)
         assert_same(found, single.step(actions))
         ends += found[2].sum(), found[3].sum()

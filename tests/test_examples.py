@@ -27,7 +27,7 @@ RESULTS: dict[str, Any] = {
 }
 """What `main` returns."""
 
-LONGER = {"predictive_control": 190}
+LONGER = {"learning": 90, "predictive_control": 190}
 """Most lines of those that need more than 60."""
 
 UNIT = re.compile(r"\d (mm|um|deg|N|N/m|s)\b")
@@ -111,7 +111,33 @@ def test_an_example_is_short_and_keeps_to_public_names(file: Path) -> None:
             assert node.attr in softhand.__all__
 
 
-def test_there_are_twelve() -> None:
+def test_a_learned_policy_is_quicker_than_the_law_below_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the pose is asked for at once: times to 1 mm [s], and a smaller use of the limit."""
+    assert results("learned_policy") == pytest.approx({"regulation": 0.69, "learned": 0.56}, abs=0.02)
+    uses = [float(line.split()[-1]) for line in capsys.readouterr().out.splitlines()]
+    assert uses[1] < 0.7 < uses[0]
+
+
+def test_learning_makes_a_policy_and_its_curve(capsys: pytest.CaptureFixture[str]) -> None:
+    """Two generations of few: the mean moves, the tests are told."""
+    for package in ("gymnasium", "cma"):
+        pytest.importorskip(package, reason="needs the extra rl: pip install 'softhand[rl]'")
+    learn = runpy.run_path(str(FOLDER / "learning.py"))["learn"]
+    weights, curve = learn(generations=2, population=4, worlds=1, tests=2, every=1)
+    assert weights.shape == (6, 18) and np.abs(weights).max() > 0.01
+    assert [row[0] for row in curve] == [0, 1, 2] and curve[0][2] != curve[2][2] and 0.0 < curve[0][2] < 1.0
+    assert "success" in capsys.readouterr().out
+
+
+def test_there_are_fourteen() -> None:
     """And each has its number above."""
-    others = {"compare_controllers", "design_gains", "sweep", "notebook", "own_formula", "predictive_control"}
-    assert {file.stem for file in FILES} == set(RESULTS) | others and len(FILES) == 12
+    others = {
+        "compare_controllers",
+        "design_gains",
+        "sweep",
+        "notebook",
+        "own_formula",
+        "predictive_control",
+        "learning",
+    }
+    assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 14

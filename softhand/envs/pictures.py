@@ -60,9 +60,8 @@ class _Stage(Page):
         self._page.open(self.address)
         self._wait()
         self._page.evaluate(
-            "const part = (id) => document.getElementById(id).style;"
-            "for (const id of ['panel', 'curves', 'player', 'slip']) part(id).display = 'none';"
-            "part('view').inset = 0; window.dispatchEvent(new Event('resize'));"
+            "for (const id of ['panel', 'curves', 'player', 'slip']) part(id).style.display = 'none';"
+            "part('view').style.inset = 0; window.dispatchEvent(new Event('resize'));"
             "softhand.stage.orbit.view('3-D')"
         )
 

@@ -14,7 +14,7 @@ TORQUE = 0.1
 
 
 class TorqueActing(Acting):
-    """tau = N_F + tau_0 + 0.1 N m times the action - K_d q'; tau_0 are the torques that hold the object at the start."""
+    """tau = N_F + tau_0 + 0.1 N m times the action - K_d q'; tau_0 are the torques that hold the object at rest."""
 
     law = Commanded(K_d=0.03)
 
