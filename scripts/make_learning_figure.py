@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not file.exists():
             learn(["--seed", str(seed), "--out", str(file)])
         curves.append(np.array(json.loads(file.read_text())["curve"]))
-    draw(curves).savefig(ROOT / "docs" / "images" / "learning.png", dpi=150)
+    draw(curves).savefig(ROOT / "docs" / "images" / "learning.png", dpi=110)
     print("| seed | 0.9 of the tests succeed after [s] | at the end: succeed, mean reward | processor time [s] |")
     print("|---|---|---|---|")
     for seed, curve in enumerate(curves):
