@@ -227,7 +227,8 @@ def _mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 def _where(kept: AnyArray, told: AnyArray) -> AnyArray:
     """What is told of some worlds, and nothing of the others."""
-    return np.where(kept, told, None if told.dtype == object else told.dtype.type(0))
+    nothing: Any = None if told.dtype == object else told.dtype.type(0)
+    return np.where(kept, told, nothing)
 
 
 def _merged(told: dict[str, Any], at_start: dict[str, Any]) -> dict[str, Any]:
