@@ -335,18 +335,11 @@ class CompiledRun:
             rows = self.table(first, min(int(progress[LIMIT]) - 1, int(progress[LAST])))
             self.plan.desired[: len(rows)] = rows
             self.periods()
-<<<<<<< HEAD
         if progress[FAULT] != HEALTHY:
             stop = self.error()
         if stop:
             return self._result(Outcome(stop.reason, stop.time, str(stop)))
         return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
-=======
-        if progress[FAULT] == HEALTHY:
-            return self._result(Outcome(FINISHED, round(int(progress[LAST]) * period, 12), ""))
-        error = self.error()
-        return self._result(Outcome(error.reason, error.time, str(error)))
->>>>>>> gym
 
     @property
     def sizes(self) -> Sizes:
