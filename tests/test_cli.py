@@ -153,11 +153,11 @@ SHARED = {
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
-    "plot report film export energy lyapunov material",
+    "plot report film export energy lyapunov material new",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
     "list plot view report film export energy lyapunov",
     "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
-    "validate energy lyapunov list hands material",
+    "validate energy lyapunov list hands material new",
     "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
     "identify validate new plot view report film export energy lyapunov material",
 }

@@ -27,7 +27,7 @@ RESULTS: dict[str, Any] = {
 }
 """What `main` returns."""
 
-LONGER = {"learning": 90, "predictive_control": 190}
+LONGER = {"learning": 90, "predictive_control": 200}
 """Most lines of those that need more than 60."""
 
 UNIT = re.compile(r"\d (mm|um|deg|N|N/m|s)\b")
