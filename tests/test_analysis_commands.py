@@ -52,6 +52,7 @@ def assert_prints(result: Outcome, rows: list[tuple[str, ...]]) -> None:
         assert any(line == wanted for line in lines), wanted
 
 
+@pytest.mark.slow
 def test_identify_runs_on_the_example(tmp_path):
     """`softhand identify --example` prints coefficients and the comparison, and leaves figure, section and data."""
     result = run_command("identify", "--example", "--out", "fit", folder=tmp_path)

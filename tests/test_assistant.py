@@ -57,7 +57,7 @@ def check_holds(found: NewScenario, folder: Path) -> None:
     ("make", "count"),
     [
         (small_hands.jaws, 2),
-        (small_hands.two_and_a_thumb, 3),
+        pytest.param(small_hands.two_and_a_thumb, 3, marks=pytest.mark.slow),
         (lambda: small_hands.around(2, 0.05, [small_hands.BEND] * 3, [0.05, 0.035, 0.03]), 2),
         pytest.param(small_hands.four_by_four, 3, marks=pytest.mark.slow),
         pytest.param(small_hands.five_coupled, 3, marks=pytest.mark.slow),

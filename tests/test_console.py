@@ -259,6 +259,7 @@ def test_a_new_scenario_runs(tmp_path: Path) -> None:
     assert (tmp_path / "mine.toml").read_text() == text and "#" in text
 
 
+@pytest.mark.slow
 def test_a_hand_of_ones_own_gets_a_scenario_and_a_grasp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its ends are the tips; a grasp is found and kept, and it stays at rest."""
     monkeypatch.setattr(proposals, "propose_grasps", partial(proposals.propose_grasps, points=80))

@@ -288,6 +288,7 @@ def followed(scenario: softhand.Scenario, axis: int, frequency: float) -> float:
     return math.hypot(sine, cosine) / 1e-4
 
 
+@pytest.mark.slow
 def test_a_bandwidth_out_of_reach_names_the_nearest() -> None:
     """The figure that is named can be had."""
     error = refused("cannot be reached", lambda: softhand.design_gains("hold", 12.0, 0.4), GraspError)

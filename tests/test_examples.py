@@ -49,6 +49,7 @@ def test_the_result_is_what_it_was(name: str, capsys: pytest.CaptureFixture[str]
     assert UNIT.search(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_predictive_control_keeps_the_friction(capsys: pytest.CaptureFixture[str]) -> None:
     """To one target: there within 0.1 mm, below the limit, without slip; the law of the paper uses as much."""
     rows, latency = runpy.run_path(str(FOLDER / "predictive_control.py"))["main"](["--targets", "1", "--seed", "3"])

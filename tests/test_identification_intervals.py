@@ -145,6 +145,7 @@ def test_intervals_cover_where_two_components_tell_of_one_coefficient():
     assert low <= coverage(law, data, ["k"], fixed=KNOWN)["k"] <= high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_intervals_hold_with_errors_of_each_kind(kind):
     """Thirty experiments, four coefficients: right intervals miss no more often than once in ten thousand.

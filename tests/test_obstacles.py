@@ -281,6 +281,7 @@ def slot(**changes: object) -> softhand.Scenario:
     return softhand.load_scenario("insertion", changes)
 
 
+@pytest.mark.slow
 def test_insertion_in_both_loops_and_gone_on_with() -> None:
     """The walls turn the box and push it over; a run saved in touch goes on to the last bit; rollouts do the same."""
     scenario = slot(**{"duration": 2.0, "record.every": 0.01})
