@@ -198,6 +198,7 @@ np.savez(sys.argv[1], **recording.variables)
 """
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_without_prepared_calls(tmp_path: Any) -> None:
     """`SOFTHAND_PREPARED=0` for a whole process: the same bits in every variable."""
     environment = {**os.environ, "SOFTHAND_PREPARED": "0"}

@@ -30,6 +30,7 @@ def ungrasped(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_the_object_goes_to_the_fingers() -> None:
     """From far away: at the new place each finger reaches what is told, at the old one none reaches anything."""
     scenario = load_scenario("target-a", {"object.position": FAR})

@@ -130,6 +130,7 @@ def test_no_squeeze_holds_where_the_cones_cannot() -> None:
     assert least_squeeze(carried, line[:, :, None], contacts.normals, contacts.friction) is None
 
 
+@pytest.mark.slow
 def test_fingers_on_one_face_spread_where_that_saves_squeeze() -> None:
     """Of a spreading and a squeezing internal force of one line the cheaper sign is taken: min |f_N|, not f_N >= 0."""
     contacts = opposite(mu=0.4)

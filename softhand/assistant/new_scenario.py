@@ -196,7 +196,8 @@ def new_scenario(
         best, count = _first_that_holds(
             _Walk(urdf, remedies, fingers, found_tips, friction, bench, found, frozen, tell)
         )
-        scenario, files = best.scenario, ()
+        scenario: Scenario | None = best.scenario
+        files: tuple[str, ...] = ()
         text, block = "", best.draft.block.urdf("box")
         if file is not None:
             files = _write(best.draft, Path(file))
@@ -258,7 +259,7 @@ class _Walk:
 
     def run(self, trial: Trial, opposition: Opposition) -> Trial:
         """A grasp with gains, and run."""
-        can_move = np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1
+        can_move = bool(np.count_nonzero(np.any(opposition.tips.centre_slopes != 0.0, axis=(0, 1))) > 1)
         return self.bench.run(trial, can_move, lambda share: self.tell("gains and a run", share))
 
 

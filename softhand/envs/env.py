@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -22,7 +22,7 @@ MODES = {"human": "softhand.envs.shown:Shown", "rgb_array": "softhand.envs.pictu
 """Render modes, and what draws in them, which is imported when it is asked for."""
 
 
-class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
+class HandEnv(gymnasium.Env[dict[str, Any], AnyArray]):
     """A hand with soft fingertips, and an object with a pose that it shall have.
 
         import gymnasium
@@ -42,7 +42,7 @@ class HandEnv(gymnasium.Env[dict[str, Array], AnyArray]):
         SofthandError: an option is wrong, or its world has no start.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(MODES), "render_fps": RENDER_FPS}
+    metadata = {"render_modes": list(MODES), "render_fps": RENDER_FPS}  # noqa: RUF012  not annotated, as in gymnasium
 
     def __init__(self, task: str = "HoldBox", render_mode: str | None = None, **options: Any) -> None:
         self.episodes = Episodes(task, options)

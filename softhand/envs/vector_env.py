@@ -76,7 +76,7 @@ class HandVectorEnv(VectorEnv[dict[str, Array], AnyArray, AnyArray]):
         self._seeds: list[int] = []
         self._steps, self._is_over = np.zeros(num_envs, np.int64), np.zeros(num_envs, bool)
 
-    @property
+    @property  # type: ignore[misc]  # nothing to set: each world has its own
     def np_random(self) -> Any:
         """What draws for each world."""
         return tuple(self._rngs)
