@@ -3,7 +3,7 @@
 Both sides run in one process on one core, in short rounds that take turns; a ratio is the median of the ratios of the
 rounds, with their quartiles. Compared are
 
-transition    A and B of one step of 1 ms beside the start. softhand: 48 columns, four periods each, 1e-8 exact.
+transition    A and B of one step of 1 ms beside the start. softhand: derivatives of the sums of the step, 1e-8 exact.
               MuJoCo: `mjd_transitionFD` with centered differences, by joint torques as motors; x has the same 30
               displacements and velocities, and none of what tips store
 with_outputs  the same with y: internal forces and use of friction by x, in softhand alone

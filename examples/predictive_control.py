@@ -10,9 +10,9 @@ Example: OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python examples/predictive_con
 import argparse
 import time
 
-import clarabel
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 import softhand
@@ -22,7 +22,7 @@ STAGES = 12  # periods ahead
 BLOCKS = np.array([0, 1, 2, 4, 7])  # stages at which the torques may change
 USE = 0.95  # of friction, at most
 UNIT = 0.02  # [N m], of the unknowns
-PRICE = 1e5  # of friction beyond that
+PRICE = 1e10  # of what is beyond a limit, squared
 WAY, REST = 1.0, 0.5  # [s]
 POSITION, ROTATION, FORCE = 1e-3, 0.01, 0.3  # [m], [rad], [N], errors that weigh alike
 VELOCITY, SPIN, CHANGE = 0.05, 0.5, 0.01  # [m/s], [rad/s], [N m] from one block to the next
@@ -57,7 +57,7 @@ def ahead(model):
 
 
 def best_change(model, seen, torque, target):
-    """Change of the torques now [N m]: least squares under limits; friction alone may give way, at a price."""
+    """Change of the torques now [N m]: least squares under limits."""
     G, g = error_rows(model, seen, target)
     friction = [name.startswith("limit_surface_use") for name in model.outputs]
     C, left = model.C[friction], USE - model.output[friction]
@@ -67,26 +67,22 @@ def best_change(model, seen, torque, target):
     change = (np.eye(size) - np.eye(size, k=-n)) / CHANGE
     M = UNIT * np.vstack([(last[:, None, None] * (G @ X)).reshape(-1, size), change])
     m = np.concatenate([(last[:, None] * (x @ G.T + g)).ravel(), np.zeros(size)])
-    P, q = np.zeros((size + 1, size + 1)), np.append(M.T @ m, PRICE)
-    P[:size, :size] = M.T @ M
-    slips = UNIT * (C @ X).reshape(-1, size)
-    rows = np.block([[slips, -np.ones((len(slips), 1))], [np.zeros((1, size)), -1.0]])
-    room = np.append((left - x @ C.T).ravel(), 0.0)
-    lower, upper = (np.tile(sign * seen.effort_limit - torque, len(BLOCKS)) for sign in (-1.0, 1.0))
-    U = UNIT * minimum(P, q, rows, room)[:size]
-    if np.any((lower > U) | (upper < U)):  # seldom: the limits of the torques double the time
-        box = UNIT * np.eye(size, size + 1)
-        U = UNIT * minimum(P, q, np.vstack([rows, box, -box]), np.concatenate([room, upper, -lower]))[:size]
-    return U[:n]
+    slips, box = UNIT * (C @ X).reshape(-1, size), UNIT * np.eye(size)
+    limits = [np.tile(seen.effort_limit + sign * torque, len(BLOCKS)) for sign in (-1.0, 1.0)]
+    rows, room = np.vstack([slips, box, -box]), np.concatenate([(left - x @ C.T).ravel(), *limits])
+    return UNIT * minimum(M, m, rows, room)[:n]
 
 
-def minimum(P, q, rows, room):
-    """The x with the least x^T P x / 2 + q^T x for which rows x <= room."""
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    cones = [clarabel.NonnegativeConeT(len(room))]
-    solver = clarabel.DefaultSolver(csc_matrix(np.triu(P)), q, csc_matrix(rows), room, cones, settings)
-    return np.array(solver.solve().x)
+def minimum(M, m, rows, room):
+    """The x with the least |M x + m|^2 / 2 + PRICE |e|^2 / 2 for which rows x <= room + e, by its dual."""
+    L = np.linalg.cholesky(M.T @ M)
+    free, Y = -cho_solve((L, True), M.T @ m), solve_triangular(L, rows.T, lower=True)
+    beyond = rows @ free - room
+    if np.all(beyond <= 0.0):
+        return free
+    A = np.linalg.cholesky(Y.T @ Y + np.eye(len(room)) / PRICE)
+    multipliers, _ = nnls(A.T, solve_triangular(A, beyond, lower=True))
+    return free - solve_triangular(L, Y @ multipliers, lower=True, trans="T")
 
 
 def way_to(scenario, start):
