@@ -31,6 +31,8 @@ SCENARIOS = {
 }
 """Stick, round sides, memories, open fingers over a table, and slip."""
 
+NAMES = [pytest.param(name, marks=pytest.mark.slow if name == "relaxing" else ()) for name in SCENARIOS]
+
 
 @cache
 def simulation_of(name: str) -> Simulation:
@@ -183,7 +185,7 @@ def steps_of(model: Linearization) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_the_derivative_of_the_simulation(name: str, seed: int) -> None:
     """At random states, in stick and in slip."""
     compare(name, *random_state(name, seed))
@@ -191,7 +193,7 @@ def test_it_is_the_derivative_of_the_simulation(name: str, seed: int) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(2, 7))
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_the_derivative_at_many_states(name: str, seed: int) -> None:
     """The same."""
     compare(name, *random_state(name, seed))
