@@ -140,8 +140,8 @@ class Bench:
         try:
             setup = resolve(trial.scenario)
             found = collisions_at_start(setup, shapes_of(setup.world.hand)).found
-        except SofthandError:
-            found = []
+        except SofthandError as error:
+            return replace(trial, refusal=f"its collisions cannot be told: {error}", stage=3)
         carrying = {tip.link for tip in trial.draft.tips}
         deep = [one for one in found if "object" in (one.one, one.other) and one.depth > DEEP]
         is_spare = all(one.depth <= CARRYING and carrying & {one.one, one.other} for one in deep)
