@@ -70,6 +70,19 @@ def test_a_hand_holds(make: Callable[[], str], count: int, tmp_path: Path) -> No
     check_holds(found, tmp_path)
 
 
+def test_a_joint_may_have_the_name_of_a_link(tmp_path: Path) -> None:
+    """Of its own one, and of another one: nothing changes but the names."""
+    text = small_hands.jaws()
+    found = found_for(text, tmp_path)
+    for own, other in (("left", "right"), ("right", "left")):
+        folder = tmp_path / own
+        folder.mkdir()
+        again = found_for(text.replace("left_slide", own).replace("right_slide", other), folder)
+        for one, same in zip(again.tips, found.tips, strict=True):
+            assert (one.link, one.radius, one.position, one.rpy) == (same.link, same.radius, same.position, same.rpy)
+        assert again.margin == found.margin and again.object_position == found.object_position
+
+
 @pytest.mark.slow
 def test_a_thumb_that_reaches_into_the_box_is_told(tmp_path: Path) -> None:
     """Five coupled fingers: no grasp is found, and the link that is in the way has its name and its depth."""

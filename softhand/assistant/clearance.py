@@ -42,7 +42,7 @@ class Clearance:
                 points = _spread(corners_of(geometry), rng)
             except ModelError:
                 continue
-            frame = model.frames[model.getFrameId(geometry.link)]
+            frame = model.frames[model.getFrameId(geometry.link, pin.FrameType.BODY)]
             place = frame.placement * pin.SE3(geometry.rotation, geometry.position)
             self._points.append((int(frame.parentJoint), points @ place.rotation.T + place.translation))
 

@@ -117,7 +117,7 @@ def _facing(hand: Urdf, model: pin.Model, fingers: Fingers, end: FingerEnd) -> F
 
 
 def _joint(model: pin.Model, link: str) -> int:
-    return int(model.frames[model.getFrameId(link)].parentJoint)
+    return int(model.frames[model.getFrameId(link, pin.FrameType.BODY)].parentJoint)
 
 
 def _placed(end: FingerEnd) -> tuple[Array, Array, float]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import pinocchio as pin
 
 from softhand.model.arm import Arm
 from softhand.model.urdf.ends import end_of, rpy_to
@@ -41,8 +42,8 @@ def doubts_of_tip_axes(world: World, angles: Array) -> Iterator[str]:
         end = end_of(world.hand, model, leader)
         if not end.is_known:
             continue
-        base = model.frames[model.getFrameId(leader)].placement
-        place = base.actInv(model.frames[model.getFrameId(tip.name)].placement)
+        base = model.frames[model.getFrameId(leader, pin.FrameType.BODY)].placement
+        place = base.actInv(model.frames[model.getFrameId(tip.name, pin.FrameType.BODY)].placement)
         beside = _angle(place.rotation[:, 0], end.out)
         if beside < _BESIDE or _closes(arm, i, arm.tip(i)[1][:, 0]):
             continue

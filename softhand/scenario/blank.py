@@ -196,7 +196,7 @@ def _ends(hand: Urdf) -> list[str]:
 
 def _tip(model: pin.Model, name: str) -> str:
     """The entry of an end, turned so that of its axes the one away from the last joint becomes x."""
-    frame, quoted = model.frames[model.getFrameId(name)], json.dumps(name, ensure_ascii=False)
+    frame, quoted = model.frames[model.getFrameId(name, pin.FrameType.BODY)], json.dumps(name, ensure_ascii=False)
     out = frame.placement.rotation.T @ frame.placement.translation
     if np.linalg.norm(out) < _AT_JOINT:
         return f"{quoted},  # its origin is that of its joint: give the position at the tip, and rpy"
@@ -223,4 +223,4 @@ def _middle(hand: Urdf, model: pin.Model, ends: list[str]) -> np.ndarray:
                 q[joint.idx_q] = coupling.joint_positions(np.where(np.isfinite(between), between, 0.0))[k]
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
-    return np.mean([data.oMf[model.getFrameId(name)].translation for name in ends], axis=0)
+    return np.mean([data.oMf[model.getFrameId(name, pin.FrameType.BODY)].translation for name in ends], axis=0)

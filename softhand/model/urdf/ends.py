@@ -112,7 +112,7 @@ def end_of(hand: Urdf, model: pin.Model, leader: str) -> FingerEnd:
         leader: link that leads the body.
     """
     members = hand.tree.bodies()[leader]
-    base = model.frames[model.getFrameId(leader)].placement
+    base = model.frames[model.getFrameId(leader, pin.FrameType.BODY)].placement
     shapes: dict[str, list] = {name: [] for name in members}
     for purpose in ("collision", "visual"):
         of_purpose = [shape for shape in hand.geometries(purpose) if shape.link in shapes]
@@ -122,7 +122,7 @@ def end_of(hand: Urdf, model: pin.Model, leader: str) -> FingerEnd:
             break
     points, frames = [], []
     for name in members:
-        place = base.actInv(model.frames[model.getFrameId(name)].placement)
+        place = base.actInv(model.frames[model.getFrameId(name, pin.FrameType.BODY)].placement)
         own = shape_points(shapes[name])
         if len(own):
             points.append(own @ place.rotation.T + place.translation)
@@ -132,7 +132,7 @@ def end_of(hand: Urdf, model: pin.Model, leader: str) -> FingerEnd:
     out = _direction(every if len(every) else np.array([position for _, position, _ in frames]).reshape(-1, 3))
     if out is not None:
         return FingerEnd(leader, every, out, tuple(frames), True)
-    joint = model.frames[model.getFrameId(leader)].parentJoint
+    joint = model.frames[model.getFrameId(leader, pin.FrameType.BODY)].parentJoint
     before = base.rotation.T @ model.jointPlacements[joint].rotation.T @ model.jointPlacements[joint].translation
     size = float(np.linalg.norm(before))
     return FingerEnd(leader, every, before / size if size > _AT_JOINT else np.eye(3)[0], tuple(frames), False)
