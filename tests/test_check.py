@@ -13,7 +13,9 @@ from commands import Outcome, run_command
 from hands import HAND_URDF, make_named_task
 
 from softhand.assembly.build import build
+from softhand.assembly.resolve import resolve
 from softhand.checks.scenario import Checkup, check_scenario, fastest_frequency
+from softhand.commands.simulate import _of_urdfs
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import ModelError
 from softhand.model.body import ObjectModel
@@ -81,6 +83,31 @@ def test_warnings_of_the_urdfs_are_told(tmp_path: Path) -> None:
     (tmp_path / "hand.urdf").write_text(hand.replace('velocity="20"', 'velocity="0"', 1))
     warnings = checked(hand__urdf=str(tmp_path / "hand.urdf")).warnings
     assert len(warnings) == 1 and "hand.urdf, line" in warnings[0] and "could not move" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("joints", "told"),
+    [
+        (None, ["damping", "friction"]),
+        ({"armature": 1e-5}, ["damping", "friction"]),
+        ({"friction": "urdf"}, ["damping"]),
+        ({"damping": 0.0, "armature": 1e-5}, ["friction"]),
+        ({"damping": "urdf", "friction": 0.01}, []),
+    ],
+)
+def test_dynamics_are_told_that_the_scenario_says_nothing_of(
+    joints: dict[str, Any] | None, told: list[str], tmp_path: Path
+) -> None:
+    """Each of the two as long as its own key is not there, by check and in the count of simulate."""
+    file = tmp_path / "hand.urdf"
+    file.write_text(HAND_URDF.read_text().replace("<limit ", '<dynamics damping="0.2" friction="0.3"/><limit '))
+    scenario = load_scenario("target-a", {"hand.urdf": str(file), "hand.joints": joints})
+    found = [line for line in check_scenario(scenario).warnings if "<dynamics>" in line]
+    assert [line.partition("hand.joints.")[2] for line in found] == [f'{name} = "urdf".' for name in told]
+    counted = list(_of_urdfs(resolve(scenario)))
+    assert [line.partition(";")[0] for line in counted] == (
+        [f"hand.urdf: {len(told)} warning{'s' * (len(told) > 1)}"] if told else []
+    )
 
 
 def test_a_tip_near_the_apex_is_a_warning() -> None:

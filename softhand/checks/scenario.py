@@ -23,6 +23,8 @@ from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
 from softhand.margins.growing import growing
 from softhand.model.shapes.shape import CurvedShape
+from softhand.model.urdf.findings import Finding
+from softhand.model.urdf.joints import UNUSED
 from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, joints_of, slides_of
 from softhand.numerics.record import Record
@@ -87,8 +89,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
     stepper = find_plugin("steppers", scenario.stepper.name, "stepper.name")
     colliding = told(lambda: collisions_at_start(setup))
     warnings = [
-        *_of_hand(scenario, world.hand),
-        *_of_urdf(world.object),
+        *_of_urdf(world.hand, warnings_of_hand(scenario, world.hand)),
+        *_of_urdf(world.object, world.object.warnings),
         *_of_start(setup, simulation, observation, frequency),
         *doubts_of_tip_axes(world, joints_of(world, simulation.state.q)),
         *colliding.warnings,
@@ -151,14 +153,15 @@ def fastest_frequency(plant: Plant, state: State) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(A))))
 
 
-def _of_urdf(urdf: Urdf) -> list[str]:
-    return [f"{urdf.file}, {finding}" for finding in urdf.warnings]
+def warnings_of_hand(scenario: Scenario, urdf: Urdf) -> list[Finding]:
+    """Those of its URDF, but of the `<dynamics>` whose damping or friction the scenario gives or leaves out itself."""
+    joints = scenario.hand.joints
+    said = joints.model_fields_set if joints is not None else ()
+    return [finding for finding in urdf.warnings if finding.kind not in {UNUSED.get(name) for name in said}]
 
 
-def _of_hand(scenario: Scenario, urdf: Urdf) -> list[str]:
-    """Its `<dynamics>` are told only as long as nothing is said of the joints."""
-    told = [finding for finding in urdf.warnings if scenario.hand.joints is None or "<dynamics>" not in finding.element]
-    return [f"{urdf.file}, {finding}" for finding in told]
+def _of_urdf(urdf: Urdf, warnings: list[Finding]) -> list[str]:
+    return [f"{urdf.file}, {finding}" for finding in warnings]
 
 
 def _of_tips(observation: Observation, plant: Plant) -> Iterator[str]:

@@ -157,9 +157,12 @@ def _prepare(scenario: Scenario, quiet: bool) -> tuple[Setup, Simulation, Growin
 
 def _of_urdfs(setup: Setup) -> Iterator[str]:
     """How many warnings the URDFs have: whoever runs a scenario again and again need not read all of them."""
-    for key, urdf in (("hand.urdf", setup.world.hand), ("object.urdf", setup.world.object)):
-        if urdf.warnings:
-            count = len(urdf.warnings)
+    from softhand.checks.scenario import warnings_of_hand
+
+    world = setup.world
+    counts = {"hand.urdf": len(warnings_of_hand(setup.asked, world.hand)), "object.urdf": len(world.object.warnings)}
+    for key, count in counts.items():
+        if count:
             yield f"{key}: {count} warning{'s' * (count > 1)}; `softhand check` shows {'them' if count > 1 else 'it'}."
 
 

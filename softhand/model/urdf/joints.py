@@ -13,6 +13,8 @@ from softhand.model.urdf.tree import MOVING, Joint, Tree
 
 NO_EFFORT = "no effort"
 """Kind of the error of a joint on which no torque can act."""
+UNUSED = {name: f"unused {name}" for name in ("damping", "friction")}
+"""Kinds of the warnings of `<dynamics>`, by the attribute."""
 
 _TYPES = (*MOVING, "fixed")
 _ROUNDING = 1e-3  # of an axis of a few digits
@@ -141,19 +143,20 @@ def _check_limit(joint: Joint, effort_counts: bool, findings: Findings) -> None:
 
 
 def _check_dynamics(elements: list[ElementTree.Element | None], findings: Findings) -> None:
-    """One warning for all damping and friction of the file."""
-    found = []
-    for element in elements:
-        for name in ("damping", "friction"):
+    """One warning for all damping of the file, and one for all friction."""
+    for name, kind in UNUSED.items():
+        found = []
+        for element in elements:
             value = numbers_of(element, name, "0")
             if isinstance(element, Element) and value and value[0] > 0.0:
-                found.append((element, name))
-    if found:
-        element, name = found[0]
-        more = f", nor that of {len(found) - 1} more in this file" if len(found) > 1 else ""
-        findings.warn(
-            element,
-            f'{name}="{element.get(name)}" is not used{more}: the joints run free unless the scenario has '
-            f'hand.joints.{name} = "urdf".',
-            name,
-        )
+                found.append(element)
+        if found:
+            shown = f'{name}="{found[0].get(name)}"'
+            more = f", nor that of {len(found) - 1} more in this file" if len(found) > 1 else ""
+            findings.warn(
+                found[0],
+                f"{shown} is not used{more}: the joints run free of it unless the scenario has "
+                f'hand.joints.{name} = "urdf".',
+                shown,
+                kind,
+            )
