@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,14 +80,26 @@ def test_in_slip_it_holds_for_moves_to_within_the_limit(seed: int) -> None:
     np.testing.assert_array_less(np.abs(model.A @ x - expected), 1e-7 * (np.abs(model.A) @ np.abs(x)))
 
 
-def test_what_cannot_be_followed_is_differenced() -> None:
-    """Another stepper, periods of two steps, and joints with damping: `Linearizer` is then `linearize`, bit for bit."""
-    for changes in ({"stepper.name": "rk4"}, {"stepper.step": 5e-4}, {"hand.joints.damping": 0.01}):
-        scenario = softhand.load_scenario("target-a", changes)
-        state, torque = softhand.build(scenario).save(), np.full(9, 0.05)
-        found = Linearizer(scenario).at(state, torque)
-        wanted = linearize(scenario, state=state, torque=torque)
-        assert np.array_equal(found.A, wanted.A) and np.array_equal(found.B, wanted.B)
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("target-a", {"stepper.name": "rk4"}),
+        ("target-a", {"stepper.step": 5e-4}),
+        ("target-a", {"hand.joints.damping": 0.01}),
+        ("insertion", {}),
+        ("insertion", {"stepper.name": "rk4"}),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_followed_is_differenced(name: str, changes: dict[str, Any]) -> None:
+    """Another stepper, periods of two steps, joints with damping, obstacles: then it is `linearize`, bit for bit."""
+    scenario, outputs = softhand.load_scenario(name, changes), ["object_position", "contact_force"]
+    simulation = softhand.build(scenario)
+    state, torque = simulation.save(), np.full(len(simulation.torque), 0.05)
+    found = Linearizer(scenario, outputs=outputs if name == "insertion" else ()).at(state, torque)
+    wanted = linearize(scenario, state=state, torque=torque, outputs=outputs)
+    assert np.array_equal(found.A, wanted.A) and np.array_equal(found.B, wanted.B)
+    assert name != "insertion" or np.array_equal(found.C, wanted.C)
 
 
 @pytest.mark.slow

@@ -69,13 +69,18 @@ def slide_at(contacts, numbers):
     numbers[11], numbers[12], numbers[13] = x
 
 
+def has_obstacles(plant: Plant) -> bool:
+    """Whether the object may meet other bodies, whose edges are not followed."""
+    return any(support.obstacle is not None for support in plant.supports)
+
+
 def solvers_of(plant: Plant, layouts: Layouts) -> list[Solver]:
     """One for each contact.
 
     Raises:
         ScenarioError: there are obstacles, whose edges are not followed.
     """
-    if any(support.obstacle is not None for support in plant.supports):
+    if has_obstacles(plant):
         raise ScenarioError(
             "obstacle: derivatives by the steps of a run are not to be had with obstacles, whose edges are not "
             "followed; leave the obstacles out.",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from softhand.assembly.probe import Probe
 from softhand.batch.loop import Senses
+from softhand.derivatives.following import has_obstacles
 from softhand.derivatives.look_tangent import LookTangent
 from softhand.derivatives.model import ROOM, PeriodModel
 from softhand.derivatives.observer import outputs_of
@@ -47,7 +48,7 @@ class Looks:
         self._kept, self._of = _kept(keep, self._sizes), np.zeros(0, np.int64)
         self._tangent: LookTangent | None = None
         is_plain = "deformation" not in keep.variables or not model.plant.pads["is_surface"].any()
-        if is_plain and model.plant.world.coupling is None:
+        if is_plain and model.plant.world.coupling is None and not has_obstacles(model.plant):
             self._of = np.flatnonzero(self._kept >= 0)
             self._tangent = LookTangent(model, senses, parts, sensor.block, self._kept[self._of])
 

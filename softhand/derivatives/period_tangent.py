@@ -22,7 +22,7 @@ from softhand.derivatives.families import (
     Setting,
     Wanted,
 )
-from softhand.derivatives.following import meanings_of, solvers_of
+from softhand.derivatives.following import has_obstacles, meanings_of, solvers_of
 from softhand.derivatives.model import PeriodModel
 from softhand.derivatives.period import begin, end, note_moved, note_sides, start
 from softhand.derivatives.period_parts import (
@@ -111,7 +111,7 @@ class PeriodTangent:
     """The derivatives of the period of a model.
 
     Args:
-        model: with joints that are neither coupled nor resist, midpoint, one step a period.
+        model: with joints that are neither coupled nor resist, no obstacles, midpoint, one step a period.
         steps: of the differences of (q, v, z), by which it is told how near a switch is.
         with_wrench: whether the wrench is among the seeds.
 
@@ -124,6 +124,8 @@ class PeriodTangent:
         world = model.plant.world
         own = (getattr(world.mechanics, name) for name in ("armature", "damping", "friction", "stop_stiffness"))
         if moves.kind != MIDPOINT or moves.steps != 1 or world.coupling is not None or any(map(np.any, own)):
+            raise NoTangentError
+        if has_obstacles(model.plant):
             raise NoTangentError
         self._model, self._layouts = model, model.layouts
         nq, nv, n, nc = len(m.state.q), len(m.state.v), len(m.torque), len(m.touch.contacts)

@@ -417,7 +417,7 @@ _known: dict[str, int] = {}
 
 def machine_code(text: str, is_rare: bool = False) -> int:
     """Address of the code of a text, from this process, from disk, or made now and kept."""
-    key = hashlib.sha256(text.encode()).hexdigest()
+    key = f"{hashlib.sha256(text.encode()).hexdigest()} {is_rare}"  # not optimized it has other last bits
     if key not in _known:
         store = KeptCodes(__name__, key)
         content = store.found()
