@@ -13,6 +13,7 @@ from base64 import b64encode
 from collections.abc import Iterator
 
 import pytest
+from ports import port_of_this_worker
 from tornado.websocket import websocket_connect
 
 from softhand import Recording, load_scenario, simulate, view
@@ -21,7 +22,7 @@ from softhand.viewer.live.admission import Names
 from softhand.viewer.live.replay import Replay
 from softhand.viewer.live.wishes import read_wish
 
-PORT = 7740
+PORT = port_of_this_worker(7740)
 POLICY = "Content-Security-Policy"
 
 

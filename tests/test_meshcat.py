@@ -15,6 +15,7 @@ import pytest
 from chromium import needs_chromium, open_coarse, wait_until
 from commands import run_command
 from meshcat.path import Path
+from ports import port_of_this_worker
 
 from softhand import MeshcatViewer, Recording, SofthandError, build, load_scenario, simulate
 from softhand.viewer.meshcat import wire
@@ -23,7 +24,7 @@ from softhand.viewer.meshcat.server import MeshcatServer
 from softhand.viewer.scene.item import Update
 from softhand.viewer.scene.recorded import RecordedScene
 
-PORT = 7900
+PORT = port_of_this_worker(7900)
 BASE = Path(("meshcat", "softhand"))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from chromium import needs_chromium, open_coarse, wait_until
 from hands import LAYOUTS, STEPPERS, run
+from ports import port_of_this_worker
 from tornado.websocket import websocket_connect
 from typer.testing import CliRunner
 
@@ -33,7 +34,7 @@ from softhand.viewer.scene.recorded import RecordedScene
 from softhand.viewer.scene.samples import recorded_moment
 from softhand.viewer.scene.visuals import read_visuals
 
-PORT = 7600
+PORT = port_of_this_worker(7600)
 SIZE = 700, 500  # [px]
 
 
