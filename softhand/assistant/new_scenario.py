@@ -287,9 +287,9 @@ def _first_that_holds(walk: _Walk) -> tuple[Trial, int]:
             return trial, len(failed)
         failed.append(trial)
     far = max(failed, key=lambda trial: trial.stage)
-    names = " and ".join(tip.name for tip in far.draft.tips)
+    names, refusal = " and ".join(tip.name for tip in far.draft.tips), far.refusal.rstrip(".")
     raise GraspError(
-        f"{walk.urdf}: {len(failed)} grasps were tried and none holds. The farthest came {names}, but {far.refusal.rstrip(".")}. "
+        f"{walk.urdf}: {len(failed)} grasps were tried and none holds. The farthest came {names}, but {refusal}. "
         "Take other fingers with --tip, more friction with --friction, or write the grasp by hand: docs/hands.md.",
         finger="", quantity="grasp", value=float(len(failed)),
     )  # fmt: skip
