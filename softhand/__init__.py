@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.assembly.collisions import collisions as collisions
     from softhand.assembly.measurement_noise import MeasurementNoise as MeasurementNoise
     from softhand.assembly.measurement_noise import measurement_noise as measurement_noise
-    from softhand.assistant.new_scenario import NewScenario as NewScenario
+    from softhand.assistant.found_scenario import NewScenario as NewScenario
     from softhand.assistant.new_scenario import new_scenario as new_scenario
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
@@ -132,7 +132,8 @@ _HOMES = {
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
     "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
-    "assistant.new_scenario": ("NewScenario", "new_scenario"),
+    "assistant.found_scenario": ("NewScenario",),
+    "assistant.new_scenario": ("new_scenario",),
     "batch.rollout": ("rollout",),
     "batch.runs": ("Runs",),
     "checks.check": ("check",),

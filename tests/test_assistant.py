@@ -16,7 +16,8 @@ from numpy.testing import assert_allclose
 import softhand
 from softhand.assembly.plant import read_world
 from softhand.assistant.fingers import Fingers, TipOnBody
-from softhand.assistant.new_scenario import NewScenario, new_scenario
+from softhand.assistant.found_scenario import NewScenario
+from softhand.assistant.new_scenario import new_scenario
 from softhand.assistant.opposition import Opposing, Sides, _State
 from softhand.assistant.tips import find_tips
 from softhand.assistant.trial import CARRYING
