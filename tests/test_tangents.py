@@ -28,10 +28,10 @@ def by_sums(name: str, state: State, torque: np.ndarray) -> Linearization:
     linearizer = linearizer_of(name)
     model = linearizer.at(state, torque)
     work = linearizer._work
-    assert work._tangents[False] is not None and not work._tangents[False]._is_lost
+    assert work._tangents[False] is not None and not work._tangents[False].is_lost
     assert work._looks is not None
     tangent = work._looks._tangent
-    assert (tangent is None) == (name == "grasp-and-lift") and (tangent is None or not tangent._is_lost)
+    assert (tangent is None) == (name == "grasp-and-lift") and (tangent is None or not tangent.is_lost)
     return model
 
 

@@ -203,20 +203,17 @@ def add_phase(ways, phase, D, flat):
 
 
 @compiled
-def find_near(ways, D, steps, reach, near):
-    """Which switches some entry may cross within its step, to first order.
+def note_near(ways, D, steps, reach, near):
+    """Which seeds may cross a switch within their steps, to first order: of each switch that which goes furthest.
 
     Args:
         ways: `Ways`.
         D: as in `add_phase`.
         steps: of each seed.
         reach: how many steps count.
-        near: set, for each of them the seed that leads there and the sign, shape (rows, 2).
-
-    Returns:
-        How many.
+        near: set, 1 for each of them, shape (seeds,).
     """
-    found = 0
+    near[:] = 0
     for f in range(ways.lanes.shape[0]):
         lanes = ways.lanes[f]
         for lane in range(lanes):
@@ -231,8 +228,5 @@ def find_near(ways, D, steps, reach, near):
                     change = abs(row[k]) * steps[k]
                     if change > most:
                         most, seed = change, k
-                if seed >= 0 and abs(value) <= reach * most and found < near.shape[0]:
-                    near[found, 0] = seed
-                    near[found, 1] = -1 if (row[seed] > 0.0) == (value > 0.0) else 1
-                    found += 1
-    return found
+                if seed >= 0 and abs(value) <= reach * most:
+                    near[seed] = 1

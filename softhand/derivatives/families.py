@@ -8,7 +8,7 @@ the same but for where their numbers lie, they share it.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from softhand.numerics.arrays import AnyArray
 from softhand.numerics.eliminated import Eliminated
-from softhand.numerics.followed import Followed, FollowedSums, Meaning
+from softhand.numerics.followed import Followed, FollowedSums, Meaning, offsets_of
 from softhand.numerics.kept_codes import KeptCodes
 from softhand.numerics.layouts import Layouts
 from softhand.numerics.llvm_text import assembled, loaded
@@ -91,13 +91,8 @@ class Way:
     """
 
     def __init__(self, code: Code, lanes: int, phases: NDArray[np.int64], switches: int) -> None:
-        self.code, self.address, self.phases, self.switches, self.known = (
-            code,
-            loaded(code.content),
-            phases,
-            switches,
-            0,
-        )
+        self.code, self.address = code, loaded(code.content)
+        self.phases, self.switches, self.known = phases, switches, 0
         self.sources = np.zeros((len(code.read), lanes), np.int64)
         self.written = np.zeros((len(code.written), lanes), np.int64)
         self.rows = np.zeros((lanes, len(code.rows)), np.int64)
@@ -172,6 +167,17 @@ class Family:
         way.rows[lane] = [rows[n] for n in code.rows]
         way.columns[lane] = [self._setting.columns[places[n]] for n in code.columns]
         way.known |= 1 << lane
+
+
+def families_of(kinds: Iterable[Sequence[Part]], setting: Setting) -> list[Family]:
+    """Families of parts, those of one kind as many together as there are lanes."""
+    return [Family(parts[k : k + LARGEST], setting) for parts in kinds for k in range(0, len(parts), LARGEST)]
+
+
+def places_of(array: AnyArray, layouts: Layouts) -> list[Place]:
+    """Where the numbers of an array lie, in their order."""
+    number, begin = layouts.number_of(array)
+    return [(number, begin + int(offset)) for offset in offsets_of(array).ravel()]
 
 
 class Form:

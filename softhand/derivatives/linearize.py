@@ -23,9 +23,10 @@ from softhand.derivatives.model import PeriodModel, beyond
 from softhand.derivatives.observer import Observer, output_names
 from softhand.derivatives.parameters import WRENCH, WRENCH_NAMES, WRENCH_UNITS, Parameter, find_parameters
 from softhand.derivatives.period import MOVED, SLIPS, TOUCHES
-from softhand.derivatives.period_tangent import NoTangentError, PeriodTangent
+from softhand.derivatives.period_tangent import PeriodTangent
 from softhand.derivatives.situation import Situation, find_situation
 from softhand.derivatives.states import Entries, input_entries, state_entries
+from softhand.derivatives.tangent import NoTangentError
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
 from softhand.laws.law import Law
@@ -41,6 +42,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
 
+_ZERO = np.zeros(1)
 _MEMORY_STEP = 1e-6  # of a number of the memory, of its size where that is above 1
 
 
@@ -187,16 +189,16 @@ class Work:
 
     def _ends(self, with_wrench: bool) -> Array:
         """x' by x, u and the wrench: by the derivatives of the sums, or by differences."""
-        tangent = self._tangent(with_wrench)
-        n = self.n + 6 if with_wrench else self.n
-        if tangent is not None and tangent.find(self._input_entries().steps[:n]):
-            self._begin(self.model.moves.ends[:1].copy(), self.model.moves.sides[:1])
-            self._look_beyond(tangent.near, np.concatenate([self.states.steps, self.inputs.steps[:n]]))
-            return tangent.columns.copy()
-        self._begin(*self.model.ends(np.array([-1]), np.zeros(1)))
+        tangent, moves = self._tangent(with_wrench), self.model.moves
+        is_found = tangent is not None and tangent.find()
+        self._begin(*((moves.ends[:1].copy(), moves.sides[:1]) if is_found else self.model.ends(np.array([-1]), _ZERO)))
         self._inputs = None
+        n = self.n + 6 if with_wrench else self.n
         steps = np.concatenate([self.states.steps, self._input_entries().steps[:n]])
-        return self._flagged(slopes(partial(self._end, self.model), steps)).columns
+        if tangent is None or not is_found:
+            return self._flagged(slopes(partial(self._end, self.model), steps)).columns
+        self._look_beyond(tangent.near(steps), steps)
+        return tangent.columns.copy()
 
     def _begin(self, base: Array, here: NDArray[np.int64]) -> None:
         """Where the period ends that nothing moves, and the sides of the switches that it sees."""
@@ -225,15 +227,14 @@ class Work:
     def _tangent(self, with_wrench: bool) -> PeriodTangent | None:
         if with_wrench not in self._tangents:
             try:
-                self._tangents[with_wrench] = PeriodTangent(self.model, self.states.steps, with_wrench)
+                self._tangents[with_wrench] = PeriodTangent(self.model, with_wrench)
             except NoTangentError:
                 self._tangents[with_wrench] = None
         return self._tangents[with_wrench]
 
-    def _look_beyond(self, near: NDArray[np.int64], steps: Array) -> None:
+    def _look_beyond(self, entries: NDArray[np.int64], steps: Array) -> None:
         """Which switches are crossed by the entries that may cross one."""
-        if len(near):
-            entries = np.unique(near[:, 0])
+        if len(entries):
             amounts = np.outer(steps[entries], [1.0, -1.0, 0.5, -0.5]).ravel()
             _, sides = self.model.ends(np.repeat(entries, 4), amounts)
             self._flagged(Slopes(np.zeros((0, 0)), crossed_in(sides, self._here.ravel())))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,25 +11,24 @@ from numpy.typing import NDArray
 
 from softhand.batch.loop import Senses
 from softhand.contact.layer import evaluate_contact
-from softhand.derivatives.assembling import Ways, add_phase, find_derivatives, ways_of
-from softhand.derivatives.families import BEGIN, END, LARGEST, Family, Part, Setting, Wanted
+from softhand.derivatives.assembling import add_phase, find_derivatives
+from softhand.derivatives.families import BEGIN, END, Part, Setting, Wanted, families_of, places_of
 from softhand.derivatives.following import meanings_of, solvers_of
 from softhand.derivatives.model import PeriodModel
 from softhand.derivatives.period_parts import clear, cleared
 from softhand.derivatives.row_sums import BLOCK
 from softhand.derivatives.seeds import put_seeds, seed_configuration
+from softhand.derivatives.tangent import NoTangentError, Tangent
 from softhand.errors import SofthandError
 from softhand.model.rigid import branch_terms
-from softhand.numerics.addressed import addressed
+from softhand.numerics.addressed import Addressed, addressed
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.compiled import compiled
-from softhand.numerics.followed import Followed, offsets_of
+from softhand.numerics.followed import Followed
 from softhand.numerics.straight import pattern_of
 from softhand.numerics.symbols import REAL, NotStraightError, Place
 from softhand.sensing.sensor import describe
 from softhand.steppers.straight_steps import rows_alike
-
-_MOST_WAYS = 200
 
 
 def seen_contact(i, tree, branches, touch, terms, base):
@@ -55,22 +56,69 @@ class LookTangent:
         parts: of an observation that are needed.
         block: of the observation.
         kept: which of its numbers count, shape (y,).
+
+    Attributes:
+        columns: C of the last call, shape (y, s).
+
+    Raises:
+        NoTangentError: what the sensor does with the state cannot be followed.
     """
 
     def __init__(
         self, model: PeriodModel, senses: Senses, parts: AnyArray, block: Array, kept: NDArray[np.int64]
     ) -> None:
-        self._model, self._senses, self._parts, self._layouts = model, senses, parts, model.layouts
-        self._block, self._kept = block, kept
+        self._layouts, self._block, self._kept = model.layouts, block, kept
         self._solvers = solvers_of(model.plant, self._layouts)
-        self._is_lost = False
-        self._families: list[Family] = []
-        self._call: Any = None
+        m, base = model.mechanics, model.moves.base
+        body, pads, joints = senses.body, m.touch.pads, m.tree.joints
+        alike = [np.flatnonzero(pads["is_support"] == kind).tolist() for kind in (0, 1)]
+        tables = (m.joints, pads, m.touch.columns, m.envelope, joints, parts, body.joints, body.tip_joints,
+                  body.tip_views, body.pairs, body.bodies)  # fmt: skip
+        patterns = (m.joints, pattern_of(pads, alike), m.touch.columns, m.envelope, pattern_of(joints, rows_alike(m)),
+                    *tables[5:])  # fmt: skip
+        meanings = {**meanings_of(model.plant, self._solvers), clear: cleared}
+        whole = tuple((int(first), int(last)) for first, last in m.branches)
+        arguments = m.tree, whole, senses, m.touch, m.terms, base, parts
+        try:
+            followed = Followed(described, arguments, tables, frozenset(), meanings, self._layouts, None, patterns)
+        except SofthandError:
+            raise
+        except Exception as error:  # whatever a shape does that cannot be followed
+            raise NoTangentError from error
+        self._contacts = {place for array in (m.touch.contacts, m.touch.jacobian) for place in self._places(array)}
+        read = list(dict.fromkeys(rest[1] for word, *rest in followed.sums.steps if self._is_of_contacts(word, rest)))
+        nq, nv, cells, s = len(base.q), len(base.v), base.z.size, model.n_states
+        begins = np.cumsum([0, nq, nv, cells, len(read), len(kept), 1]).tolist()
+        self._first = begins[4]
+        D = np.zeros((begins[-1], -(-s // BLOCK) * BLOCK))
+        spans = np.full((begins[-1], 2), (0, s), dtype=np.int64)
+        put_seeds(m.joints, model.remembered, base.z.shape[1], tuple(begins[:4]), D, spans)
+        columns: dict[Place, int] = {}
+        for array, begin in zip((base.q, base.v, base.z), begins, strict=False):
+            columns |= {place: begin + k for k, place in enumerate(self._places(array))}
+        self._columns = columns = columns | {place: begins[3] + k for k, place in enumerate(read)}
+        switch = begins[-1] - 1  # of nothing: there are none
+        kinds: dict[Any, list[Part]] = {}
+        for i, pad in enumerate(pads):
+            carry = tuple(one for one in whole if any(one[0] <= pad[name] <= one[1] for name in ("joint", "base")))
+            own = {*self._places(m.touch.contacts[i : i + 1]), *self._places(m.touch.jacobian[i])}
+            rows = [(columns[place], place) for place in read if place in own]
+            part = Part(seen_contact, (i, m.tree, carry, m.touch, m.terms, base), partial(_seen, rows), switch)
+            kinds.setdefault((int(pad["is_support"]), len(carry)), []).append(part)
+        kinds["observation"] = [Part(described, arguments, self._observed, switch)]
+        families = families_of(kinds.values(), Setting(tables, patterns, meanings, self._layouts, columns))
+        self.columns = D[self._first : self._first + len(kept), :s]
+        work = m.joints, base.q, np.array(begins), D, D.reshape(-1), spans, np.zeros(nv), np.zeros(nq)
+
+        def call_of(*ways: Any) -> Addressed:
+            return addressed(differentiate_look, *work, *ways, layouts=self._layouts)
+
+        self._tangent = Tangent(families, D, spans, self.columns, call_of)
 
     @property
-    def columns(self) -> Array:
-        """C of the last call, shape (y, s)."""
-        return self._D[self._first : self._first + len(self._kept), : self._model.n_states]
+    def is_lost(self) -> bool:
+        """Whether a way could not be followed; there are no derivatives any more."""
+        return self._tangent.is_lost
 
     def find(self) -> bool:
         """Compute the derivatives; the plant is evaluated where the period begins.
@@ -78,78 +126,7 @@ class LookTangent:
         Returns:
             False if a way cannot be followed; then there are none.
         """
-        try:
-            return not self._is_lost and self._found()
-        except SofthandError:
-            raise
-        except Exception:  # whatever a law or a shape does that cannot be followed
-            self._is_lost = True
-            return False
-
-    def _found(self) -> bool:
-        if not self._families:
-            self._begin()
-        for _ in range(_MOST_WAYS):
-            self._call()
-            if self._told[0]:
-                return bool(np.isfinite(self.columns).all())
-            family, lanes = self._ways.missing.tolist()
-            for lane in range(LARGEST):
-                if lanes >> lane & 1:
-                    self._families[family].follow(lane)
-            self._prepare()
-        return False
-
-    def _begin(self) -> None:
-        """Which numbers of the contacts the sensor reads, and a row for each."""
-        m, base = self._model.mechanics, self._model.moves.base
-        pads, joints, body = m.touch.pads, m.tree.joints, self._senses.body
-        alike = [np.flatnonzero(pads["is_support"] == kind).tolist() for kind in (0, 1)]
-        tables = (m.joints, pads, m.touch.columns, m.envelope, joints, self._parts, body.joints, body.tip_joints,
-                  body.tip_views, body.pairs, body.bodies)  # fmt: skip
-        patterns = (m.joints, pattern_of(pads, alike), m.touch.columns, m.envelope, pattern_of(joints, rows_alike(m)),
-                    *tables[5:])  # fmt: skip
-        meanings = {**meanings_of(self._model.plant, self._solvers), clear: cleared}
-        whole = tuple((int(first), int(last)) for first, last in m.branches)
-        arguments = m.tree, whole, self._senses, m.touch, m.terms, base, self._parts
-        first = Followed(
-            described, arguments, tables, frozenset(), meanings, self._layouts, None, patterns
-        )  # fmt: skip
-        self._contacts = {place for array in (m.touch.contacts, m.touch.jacobian) for place in self._places(array)}
-        read = list(dict.fromkeys(rest[1] for word, *rest in first.sums.steps if self._is_of_contacts(word, rest)))
-        nq, nv, cells = len(base.q), len(base.v), base.z.size
-        begins = np.cumsum([0, nq, nv, cells, len(read), len(self._kept), 1]).tolist()
-        self._first, s = begins[4], self._model.n_states
-        self._D = np.zeros((begins[-1], -(-s // BLOCK) * BLOCK))
-        self._flat, self._spans = self._D.reshape(-1), np.full((begins[-1], 2), (0, s), dtype=np.int64)
-        put_seeds(m.joints, self._model.remembered, base.z.shape[1], tuple(begins[:4]), self._D, self._spans)
-        columns: dict[Place, int] = {}
-        for array, begin in zip((base.q, base.v, base.z), begins, strict=False):
-            columns |= {place: begin + k for k, place in enumerate(self._places(array))}
-        columns |= {place: begins[3] + k for k, place in enumerate(read)}
-        setting = Setting(tables, patterns, meanings, self._layouts, columns)
-        switch = begins[-1] - 1  # of nothing: there are none
-        kinds: dict[Any, list[Part]] = {}
-        for i, pad in enumerate(pads):
-            carry = tuple(one for one in whole if any(one[0] <= pad[name] <= one[1] for name in ("joint", "base")))
-            own = [place for place in read if place in {*self._places(m.touch.contacts[i : i + 1]),
-                                                        *self._places(m.touch.jacobian[i])}]  # fmt: skip
-            rows = [columns[place] for place in own]
-
-            def seen(followed: Followed, own: list[Place] = own, rows: list[int] = rows) -> Wanted:
-                return [
-                    (BEGIN, row, followed.sums.memory.get(place, 0.0)) for row, place in zip(rows, own, strict=True)
-                ]
-
-            part = Part(seen_contact, (i, m.tree, carry, m.touch, m.terms, base), seen, switch)
-            kinds.setdefault((int(pad["is_support"]), len(carry)), []).append(part)
-        groups = [parts[k : k + LARGEST] for parts in kinds.values() for k in range(0, len(parts), LARGEST)]
-        groups.append([Part(described, arguments, self._observed, switch)])
-        self._families = [Family(parts, setting) for parts in groups]
-        self._told, self._place, self._rows = np.zeros(1, np.int64), np.zeros(1, np.int64), np.array(begins)
-        self._along, self._rate = np.zeros(nv), np.zeros(nq)
-        self._columns = columns
-        self._prepare()
+        return self._tangent.find()
 
     def _is_of_contacts(self, word: str, rest: list[Any]) -> bool:
         return word == "load" and rest[0] == REAL and rest[1] in self._contacts
@@ -161,18 +138,12 @@ class LookTangent:
         places, memory = self._places(self._block), followed.sums.memory
         return [(END, self._first + k, memory.get(places[n], 0.0)) for k, n in enumerate(self._kept.tolist())]
 
-    def _prepare(self) -> None:
-        self._ways: Ways = ways_of(self._families, self._spans, self._D.shape[1])
-        self._place[0] = self._ways.numbers.ctypes.data
-        m, base = self._model.mechanics, self._model.moves.base
-        self._call = addressed(
-            differentiate_look, m.joints, base.q, self._rows, self._D, self._flat, self._spans, self._along, self._rate,
-            self._ways, self._place, self._told, layouts=self._layouts,
-        )  # fmt: skip
-
     def _places(self, array: AnyArray) -> list[Place]:
-        number, begin = self._layouts.number_of(array)
-        return [(number, begin + int(offset)) for offset in offsets_of(array).ravel()]
+        return places_of(array, self._layouts)
+
+
+def _seen(rows: Sequence[tuple[int, Place]], followed: Followed) -> Wanted:
+    return [(BEGIN, row, followed.sums.memory.get(place, 0.0)) for row, place in rows]
 
 
 @compiled

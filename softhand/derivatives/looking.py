@@ -14,6 +14,7 @@ from softhand.derivatives.look_tangent import LookTangent
 from softhand.derivatives.model import ROOM, PeriodModel
 from softhand.derivatives.observer import outputs_of
 from softhand.derivatives.period import FEATURE, SLIPS, TOUCHES, begin
+from softhand.derivatives.tangent import NoTangentError
 from softhand.model.rigid import rigid_poses
 from softhand.numerics.addressed import addressed
 from softhand.numerics.arrays import Array
@@ -45,12 +46,12 @@ class Looks:
             run_looks, model.mechanics, model.moves, model.count, senses, parts, segments, sensor.block,
             self._rows, self._sides, layouts=model.layouts,
         )  # fmt: skip
-        self._kept, self._of = _kept(keep, self._sizes), np.zeros(0, np.int64)
-        self._tangent: LookTangent | None = None
+        self._kept = _kept(keep, self._sizes)
+        self._of = np.flatnonzero(self._kept >= 0)
         is_plain = "deformation" not in keep.variables or not model.plant.pads["is_surface"].any()
-        if is_plain and model.plant.world.coupling is None and not has_obstacles(model.plant):
-            self._of = np.flatnonzero(self._kept >= 0)
-            self._tangent = LookTangent(model, senses, parts, sensor.block, self._kept[self._of])
+        self._follows = is_plain and model.plant.world.coupling is None and not has_obstacles(model.plant)
+        self._wanted = senses, parts, sensor.block, self._kept[self._of]
+        self._tangent: LookTangent | None = None
 
     def at(
         self, index: NDArray[np.int64], amount: Array, shares: Array | None = None
@@ -61,9 +62,14 @@ class Looks:
 
     def derivatives(self, n_states: int) -> tuple[Array, Array] | None:
         """y, and its derivatives by x of the sums themselves; None where these cannot be followed."""
-        if self._tangent is None:
+        if not self._follows:
             return None
         value, _ = self.at(np.array([-1]), np.zeros(1))
+        try:
+            self._tangent = self._tangent or LookTangent(self._model, *self._wanted)
+        except NoTangentError:
+            self._follows = False
+            return None
         if not self._tangent.find():
             return None
         C = np.zeros((len(self._kept), n_states))
