@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -160,7 +160,7 @@ def warnings_of_hand(scenario: Scenario, urdf: Urdf) -> list[Finding]:
     return [finding for finding in urdf.warnings if finding.kind not in {UNUSED.get(name) for name in said}]
 
 
-def _of_urdf(urdf: Urdf, warnings: list[Finding]) -> list[str]:
+def _of_urdf(urdf: Urdf, warnings: Iterable[Finding]) -> list[str]:
     return [f"{urdf.file}, {finding}" for finding in warnings]
 
 
