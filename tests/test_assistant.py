@@ -91,6 +91,7 @@ def test_a_thumb_that_reaches_into_the_box_is_told(tmp_path: Path) -> None:
         found_for(small_hands.five_coupled(), tmp_path)
 
 
+@pytest.mark.slow
 def test_meshes_of_a_package_and_links_without_a_mass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both are told, the density as a line of the scenario; the radius is that of the meshes, and a cover."""
     (tmp_path / "elsewhere").mkdir()

@@ -76,7 +76,7 @@ def velocities(scenario: Scenario, nudge: np.ndarray, count: int) -> np.ndarray:
         ("hold", {"sensing.joint_position": {"filter": 100.0, "delay": 1e-3}}),
         ("hold", {"sensing.contact_force.filter": 50.0, "controller.K_N": 1.3}),
         ("hold", {"sensing.contact_normal.delay": 3e-3, "sensing.contact_compression.rate": 250.0}),
-        ("hold", pose(rate=100.0, delay=4e-3, filter=80.0)),
+        pytest.param("hold", pose(rate=100.0, delay=4e-3, filter=80.0), marks=pytest.mark.slow),
         ("hold", {"sensing.object_velocity.delay": 2e-3, "sensing.object_angular_velocity.rate": 500.0,
                   "sensing.contact_torsion.delay": 1e-3, "sensing.joint_velocity.rate": 500.0}),
         ("hold", {"control_period": 2e-4, "controller.period": 1e-3, "actuation": {"lag": 5e-4, "delay": 4e-4},
@@ -187,7 +187,11 @@ def test_another_control_period_leaves_seconds_as_they_are() -> None:
 @pytest.mark.parametrize(
     "values",
     [
-        pytest.param({"sensing.joint_velocity.filter": 200.0, "sensing.joint_position.filter": 50.0}, id="filtered"),
+        pytest.param(
+            {"sensing.joint_velocity.filter": 200.0, "sensing.joint_position.filter": 50.0},
+            marks=pytest.mark.slow,
+            id="filtered",
+        ),
         pytest.param(pose(rate=100.0), marks=pytest.mark.slow, id="held"),
     ],
 )

@@ -228,7 +228,7 @@ def test_regulation_needs_a_grasp():
         softhand.stability(load_scenario("grasp-and-lift", {"controller": controller}))
 
 
-@pytest.mark.parametrize("turn", ["pitch 90", "general"])
+@pytest.mark.parametrize("turn", [pytest.param("pitch 90", marks=pytest.mark.slow), "general"])
 @pytest.mark.parametrize("name", ["target-a", "finger-only"])
 def test_growth_and_share_have_no_attitude(name, turn):
     """However the whole is turned, a pitch of 90 deg included, where roll, pitch and yaw are singular."""

@@ -172,7 +172,14 @@ def test_at_rest_on_the_target_the_torques_are_those_that_hold(name: str, hand: 
     assert_allclose(tau, holding(seen), rtol=0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "two-phase"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "arm-pick-and-place" else [])
+        for name in SCENARIOS
+        if name != "two-phase"
+    ],
+)
 def test_more_desired_force_squeezes(name: str, hand: Stage, pinch: Stage) -> None:
     """What a larger f_Nd adds to the torques pushes every tip towards the middle of the tips."""
     stage = stage_of(name, hand, pinch)

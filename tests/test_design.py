@@ -111,7 +111,7 @@ def test_stability_finds_the_poles_of_the_design(design: LqrDesign, tmp_path: Pa
         assert np.min(np.abs(values - pole)) < 1e-4
 
 
-@pytest.mark.parametrize("turn", ["general", "seam"])
+@pytest.mark.parametrize("turn", ["general", pytest.param("seam", marks=pytest.mark.slow)])
 def test_turning_everything_turns_nothing_in_the_gains(turn: str) -> None:
     """They are in joints and in axes of the object; off every axis, and onto the seams of roll, pitch and yaw."""
     here, there = softhand.design_lqr("hold", SUMS), softhand.design_lqr(turned_hold(TURNS[turn]), SUMS)

@@ -136,6 +136,7 @@ def test_intervals_cover_at_the_stated_rate():
         assert low <= sum(coverage(law, data, NAMES, level, KNOWN).values()) <= high
 
 
+@pytest.mark.slow
 def test_intervals_cover_where_two_components_tell_of_one_coefficient():
     """One coefficient from forces and moments of very different scatter."""
     law, rng = Pair(radius=RADIUS, k=3000.0), np.random.default_rng(3)

@@ -87,6 +87,7 @@ def test_what_is_kept_is_used(small: Small) -> None:
     assert {path.stat().st_mode & 0o777 for path in small.cache.glob("*")} == {0o700}
 
 
+@pytest.mark.slow
 def test_kernels_are_the_same_without_parts(small: Small) -> None:
     """Where numba's inner works have changed, plain functions of numba do the same."""
     plain = {"SOFTHAND_CACHE_DIR": str(small.cache / "plain"), "SOFTHAND_LINKED": "0"}
@@ -123,7 +124,10 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=list(DAMAGES))
+@pytest.mark.parametrize(
+    "damage",
+    [pytest.param(DAMAGES[name], id=name, marks=[] if name == "one bit" else [pytest.mark.slow]) for name in DAMAGES],
+)
 def test_damaged_code_is_made_anew(small: Small, damage) -> None:
     """The answer is right, one warning says so, and the next start finds whole code again."""
     for file in small.code():
@@ -165,7 +169,15 @@ def _make_a_pipe(file: Path) -> None:
     os.mkfifo(file)
 
 
-@pytest.mark.parametrize("spoil", [_give_away, _open_to_others, _lead_elsewhere, _make_a_pipe])
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        pytest.param(_give_away, marks=pytest.mark.slow),
+        _open_to_others,
+        pytest.param(_lead_elsewhere, marks=pytest.mark.slow),
+        _make_a_pipe,
+    ],
+)
 def test_code_that_others_may_have_written_is_not_run(small: Small, spoil) -> None:
     """Whole as it is: nothing of it is unpickled, and a pipe holds nobody up."""
     if spoil is _give_away and os.geteuid() != 0:

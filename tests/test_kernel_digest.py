@@ -15,6 +15,8 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+import pytest
+
 import softhand
 from softhand.laws.key import makings_of
 
@@ -72,6 +74,7 @@ def _imports(module: str) -> dict[str, str]:
     return {alias.asname or alias.name: line.module or "" for line in lines for alias in line.names}
 
 
+@pytest.mark.slow
 def test_every_change_that_a_kernel_sees_gives_it_another_folder(tmp_path: Path) -> None:
     """What is reached is found from the running code, what has an effect by changing a copy of each file in turn."""
     reached = {}

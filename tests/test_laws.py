@@ -337,7 +337,7 @@ compile_law(Gel(radius=0.01))
 """
 
 
-@pytest.mark.parametrize("name", ["no_such_module", "__main__"])
+@pytest.mark.parametrize("name", [pytest.param("no_such_module", marks=pytest.mark.slow), "__main__"])
 def test_a_law_typed_in_can_be_used_again_by_another_process(name: str) -> None:
     """Code that has no file compiles in each of two processes; what the first kept is no trap for the second."""
     program = f"exec(compile({_WITHOUT_MODULE!r}, '<typed>', 'exec'), {{'__name__': {name!r}}})"

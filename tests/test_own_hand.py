@@ -44,6 +44,7 @@ def test_the_page_has_every_kind_of_block() -> None:
     assert {language for language, _ in BLOCKS} == {"python", "sh", "text", "toml"}
 
 
+@pytest.mark.slow
 def test_the_commands_print_what_the_page_says(printed: str) -> None:
     """Each line of a block of output, but for digits that come from rounding."""
     found = {_rough(line) for line in printed.splitlines()}

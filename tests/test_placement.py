@@ -19,6 +19,7 @@ def room_at(scenario: Scenario) -> float:
     return room(world, scenario, quality_in(world, scenario))
 
 
+@pytest.mark.slow
 def test_the_place_has_more_room_than_any_beside_it(tmp_path, monkeypatch) -> None:
     """From a place where the fingers do not reach: there is a grasp at rest, it runs, and no neighbour is better.
 

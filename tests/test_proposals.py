@@ -210,7 +210,15 @@ def own_margin(scenario: Scenario) -> float:
     return solved.margin
 
 
-@pytest.mark.parametrize("name", ["target-a", "can", "prism", "ball", "pinch", "gripper"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "target-a",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("can", "prism", "ball")),
+        "pinch",
+        "gripper",
+    ],
+)
 def test_no_grasp_that_ships_is_better_than_the_proposal(name: str) -> None:
     """The points of each scenario, under the conditions of a proposal, are at most one per cent better."""
     scenario = load_scenario(name)

@@ -35,7 +35,13 @@ PRINTED = {
 """A line that each tutorial prints."""
 
 
-@pytest.mark.parametrize("file", TUTORIALS, ids=lambda file: file.stem)
+LONG = {"ten_minutes"}
+
+
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(file, id=file.stem, marks=[pytest.mark.slow] if file.stem in LONG else []) for file in TUTORIALS],
+)
 def test_the_tutorial_runs(file: Path) -> None:
     """From top to bottom in an empty folder, in a few seconds of work, and prints what its text speaks of."""
     began = time.process_time()

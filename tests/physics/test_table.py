@@ -46,6 +46,7 @@ def test_the_command_writes_what_it_found(monkeypatch: pytest.MonkeyPatch, tmp_p
     assert rows[3] == "| bad | 1.002 | 1 | 0.001 | m | NO |"
 
 
+@pytest.mark.slow
 def test_the_page_has_the_table_of_the_command() -> None:
     """Names, exact numbers, tolerances and units in docs/validation.md are those of a run now; all checks pass."""
     page = (Path(__file__).parents[2] / "docs" / "validation.md").read_text()
