@@ -17,6 +17,7 @@ from test_closed_loop import Delayed, Slow
 import softhand
 from softhand import Controller, Equilibrium, GraspError, Recording, RecordingError, ScenarioError, State, equilibrium
 from softhand.controllers.regulation import Regulation
+from softhand.resting import way
 from softhand.scenario.file import resolve_path
 from softhand.scenario.scenario import Scenario, load_scenario
 
@@ -191,6 +192,13 @@ def test_a_box_that_is_lifted_leaves_the_table() -> None:
     assert_allclose(np.abs(on.support_force[:, 2]).sum(), 0.2 * 9.81, rtol=2e-3)
     assert {one.what for one in lifted.limits} == {"lift-off"}
     assert_allclose(lifted.force.sum(axis=0), [0.0, 0.0, -0.2 * 9.81], atol=1e-8)
+
+
+def test_what_gives_way_again_and_again_has_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search ends, and says that this is why."""
+    monkeypatch.setattr(way, "_MOST_TIMES", 0)
+    found = equilibrium("grasp-and-lift", torque=np.zeros(9))
+    assert found.refusal is not None and "there is no rest" in str(found.refusal) and not found.gave_way
 
 
 def test_without_torques_an_open_hand_lies_down_on_the_table() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softhand.commands.app import command
-from softhand.commands.console import Printer, say_compiling
+from softhand.commands.console import Printer, progress, say_compiling
 from softhand.commands.options import Controller, Json, Law, Plugins, Quiet, ScenarioOrRun, Set
 from softhand.commands.runs import is_run, load_run
 from softhand.commands.scenarios import chosen_scenario, refuse_changes
@@ -58,7 +58,8 @@ def equilibrium(
     from softhand.resting.equilibrium import equilibrium as find_equilibrium
 
     printer = Printer(quiet, as_json)
-    found = find_equilibrium(source, sample, time=time, torque=torques)
+    with progress("coming to rest", 1.0, quiet) as told:
+        found = find_equilibrium(source, sample, time=time, torque=torques, progress=told)
     printer.json(found)
     printer.table(f"Rest of {scenario}", found.rows())
     printer.table("fingertips", found.tip_rows(), ("", *found.header), " ".join(found.notes()))

@@ -53,6 +53,7 @@ def equilibrium(
     controller: Controller | None = None,
     law: Law | None = None,
     overrides: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] | None = None,
     **values: Any,
 ) -> Equilibrium:
     """Where hand and object come to rest from a state, under a controller or under held torques.
@@ -84,6 +85,7 @@ def equilibrium(
         controller: in place of the scenario's.
         law: at all tips in place of the scenario's.
         overrides: dotted keys and values put over those of the scenario, not of a recording.
+        progress: called with the share of the way that is gone.
         values: the same by the last part of the key.
 
     Returns:
@@ -99,7 +101,7 @@ def equilibrium(
     at = find_situation(source, sample, state, torque, controller, law, overrides, values)
     motion = at.setup.reference.start(read_start(at.setup.scenario))
     end = _end(at, motion, time, torque is not None)
-    return _Work(at, motion, end, torque is not None).result()
+    return _Work(at, motion, end, torque is not None).result(progress or (lambda share: None))
 
 
 def _end(at: Situation, motion: Motion, time: float | None, is_held: bool) -> float:
@@ -136,7 +138,7 @@ class _Work:
             )
         self.balance = Balance(self.plant, self.torques, pushes, self.start)
 
-    def result(self) -> Equilibrium:
+    def result(self, tell: Callable[[float], None]) -> Equilibrium:
         """The rest, or what is left."""
         self.plant.update(*self.start.state.arrays)
         touching = self.plant.contacts["force"][:, 2] > 0.0
@@ -148,7 +150,12 @@ class _Work:
         done = let_go = travel(balance, self.start, lambda share: (1.0 - share) * left, lambda share: None, 1.0)
         if not done.fell and self.end > t0:
             begin = done.point._replace(state=replace(done.point.state, time=self.end))
-            done = travel(balance, begin, lambda share: nothing, self._ask, _FIRST)
+
+            def ask(share: float) -> None:
+                tell(share)
+                self._ask(share)
+
+            done = travel(balance, begin, lambda share: nothing, ask, _FIRST)
         return self._told(let_go, done, touching)
 
     def _ask(self, share: float) -> None:
@@ -209,7 +216,7 @@ class _Work:
             support_force=world_force[nt:],
             limits=limits,
             share=done.share,
-            gave_way=let_go.gave_way or done.gave_way,
+            gave_way=bool(let_go.gave_way or done.gave_way),
             unbalanced=np.concatenate([R @ left[:3], R @ left[3:]]),
             torque_left=found.left[:n].copy(),
             growth=growth,
@@ -263,6 +270,7 @@ class _Work:
         told += f"; {left} would still have to be held" if let_go.fell else ""
         then = f"the object goes along {direction(way)}" if far > _FALLS else "hand and object do not come to rest"
         told += f"; then {then}" if done.point is not stuck else ""
+        told += f"; balance was lost {done.gave_way} times before, and found again" if done.gave_way > 1 else ""
         told += f" until {done.fault}, where the fingertip model ends" if done.fault else ""
         return GraspError(f"{told}.", finger=limits[0].where if limits else "", quantity="rest", value=done.share)
 

@@ -21,6 +21,8 @@ _ON_THE_WAY = 1e-6
 _ITERATIONS, _SLOW = 20, 0.2
 _SHORTEST = 1e-4
 """Of a way, before something gives way."""
+_MOST_TIMES = 12
+"""That something may give way: at an edge that is scraped along, say, balance is lost again and again."""
 _DEPENDENT = 1e-9
 """Of the largest squared frequency: what a motion must have to be stiff."""
 _MOST_STEPS, _FIRST_TIME, _LEAST_TIME, _FARTHEST = 300, 1e-3, 1e-10, 0.1
@@ -38,7 +40,7 @@ class Travel:
     Attributes:
         point: where it ended.
         share: of the way that was gone in balance, 1 for all of it.
-        gave_way: whether something gave way, and went on from there by itself.
+        gave_way: how often something gave way, and went on from there by itself.
         stuck: the point at which it first gave way, or None.
         fell: whether there is no rest from there.
         fault: what ended the fingertip model, if that did.
@@ -46,7 +48,7 @@ class Travel:
 
     point: Point
     share: float = 0.0
-    gave_way: bool = False
+    gave_way: int = 0
     stuck: Point | None = None
     fell: bool = False
     fault: str = ""
@@ -88,7 +90,10 @@ def travel(balance: Balance, start: Point, held: Held, ask: Callable[[float], No
             raise error
         if here.stuck is None:
             here.stuck = here.point
-        here.gave_way = True
+        if here.gave_way == _MOST_TIMES:
+            here.fell, here.stuck = True, here.point
+            return here
+        here.gave_way += 1
         share = 1.0 if np.any(held(here.share)) else min(1.0, here.share + _SHORTEST)
         ask(share)
         here.point, rests, here.fault = _give_way(balance, here.point, held(share))
