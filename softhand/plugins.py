@@ -40,6 +40,8 @@ SHIPPED: dict[str, dict[str, str]] = {
         "hertz": "softhand.laws.hertz:Hertz",
         "power": "softhand.laws.power:Power",
         "point": "softhand.laws.point:Point",
+        "fingerpad": "softhand.laws.fingerpad:Fingerpad",
+        "bulk": "softhand.laws.bulk:Bulk",
     },
     "dampings": {
         "kelvin-voigt": "softhand.dampings.kelvin_voigt:KelvinVoigt",

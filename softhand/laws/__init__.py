@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 from softhand.plugins import attributes
 
 if TYPE_CHECKING:  # for editors
+    from softhand.laws.bulk import Bulk as Bulk
     from softhand.laws.conservative import Conservative as Conservative
+    from softhand.laws.fingerpad import Fingerpad as Fingerpad
     from softhand.laws.hemisphere import Hemisphere as Hemisphere
     from softhand.laws.hertz import Hertz as Hertz
     from softhand.laws.law import Law as Law
