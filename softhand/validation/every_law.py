@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from softhand.laws.bulk import Bulk
 from softhand.laws.conservative import Conservative
+from softhand.laws.fingerpad import Fingerpad
 from softhand.laws.hemisphere import Hemisphere
 from softhand.laws.hertz import Hertz
 from softhand.laws.law import Law
@@ -26,6 +28,8 @@ LAWS: tuple[Law, ...] = (
     Tabulated(radius=RADIUS),
     Planar(radius=RADIUS),
     Point(radius=RADIUS),
+    Fingerpad(radius=RADIUS),
+    Bulk(radius=RADIUS),
 )
 
 
