@@ -31,8 +31,8 @@ from energy import ring, task_with  # noqa: E402
 from hands import STEPPERS  # noqa: E402
 
 COLOURS = (
-    "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A50026", "#7A7A7A", "#8C6D31", "#4B3F99",
-    "#66A61E",
+    "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A50026", "#7A7A7A", "#8C6D31",
+    "#4B3F99", "#66A61E",
 )  # fmt: skip
 DEPTH = 0.0023  # [m], of a grasp of the reference hand
 STEP = 1e-6  # [m]

@@ -4,7 +4,8 @@ A blow makes the box slide; then two tips of 8 N and mu = 0.6 brake it. Coulomb'
 force at any speed, and once the box has stopped it stays. Friction that is over-damped brakes less the slower it is.
 Measured are friction over mu N while the box slows down, how hard the tips press meanwhile, and what speed is left at
 the end. In MuJoCo the time constant of `solref` is that of the friction too: a soft contact has a viscous friction at
-low speed, so a stiff contact is shown beside the default. And its friction cone is convex: sliding pushes bodies apart.
+low speed, so a stiff contact is shown beside the default. And its contact problem is convex, for which sliding presses
+the tips apart.
 
 Example: python examples/threads/braking.py
 """

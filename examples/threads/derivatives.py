@@ -3,8 +3,7 @@
 `softhand.Linearizer` follows the machine code of a step: A and B of x' = A x + B u, with what the contacts store among
 x, have no size of difference to choose. They are held against differences of the same step that are extrapolated from
 two sizes, in stick and in slip. MuJoCo's `mjd_transitionFD` differences its step, and is held against the same
-extrapolation of its own: centred with 1e-6, as its documentation has it, it is good too; the size matters, above all
-where a tip slips.
+extrapolation of its own: centred with 1e-6 it is good too; the size is for its user to choose, and matters.
 
 Example: python examples/threads/derivatives.py
 """

@@ -2,8 +2,8 @@
 
 The load of a pinched box is raised until it slides away. Coulomb says at which load that is: 2 mu N less its weight.
 softhand has it within the step of the ramp, at each mu, and has not slipped by a nanometre at 95 % of it. The least
-coefficient for a load comes without any run from `softhand.squeeze`. In MuJoCo the box creeps before; there the larger
-of the coefficients of both bodies counts.
+coefficient for a load comes without any run from `softhand.squeeze`. In MuJoCo the box creeps before. Where bodies
+differ, MuJoCo takes the larger coefficient, softhand that of the tip or of the face.
 
 Example: python examples/threads/least_friction.py
 """

@@ -3,9 +3,9 @@
 A soft tip touches with a patch, not with a point: here a tip with the law `hemisphere` that presses with 8 N. Its depth
 d makes a patch of radius a = sqrt(r d) with Hertz's pressure, p = 3 N / (2 pi a^2) sqrt(1 - rho^2 / a^2), which is also
 the one that softhand takes for the limit of friction. Summed over taxels of 1.6 mm it must give back the force, and
-those inside the patch all feel it. In MuJoCo a ball on a face is one contact point: `touch` sensors share the patch out
-to the one taxel that has it. Its `tactile` sensor reads depths at all taxels, in metres; there is no force in them to
-be summed.
+those inside the patch all feel it. In MuJoCo a ball on a face is one contact point: the one `touch` sensor that has it
+reads all of the force. Its `tactile` sensor reads depths at all taxels, in metres; there is no force in them to be
+summed.
 
 Example: python examples/threads/taxels.py
 """
