@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand import steppers as steppers
     from softhand.analysis.energy import Ledger as Ledger
     from softhand.analysis.energy import energy_ledger as energy_ledger
+    from softhand.analysis.incipient_slip import incipient_slip as incipient_slip
     from softhand.analysis.summary import Summary as Summary
     from softhand.analysis.summary import summarize as summarize
     from softhand.assembly.build import build as build
@@ -131,6 +132,7 @@ _HOMES = {
     "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
+    "analysis.incipient_slip": ("incipient_slip",),
     "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
     "assistant.found_scenario": ("NewScenario",),
     "assistant.new_scenario": ("new_scenario",),

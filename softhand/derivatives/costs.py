@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from softhand.errors import ScenarioError
 from softhand.numerics.arrays import Array, as_numbers
-from softhand.recording.variables import COMMANDED, MEASURED_PREFIX, VARIABLES
+from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, MEASURED_PREFIX, VARIABLES
 from softhand.settings.failures import failure
 from softhand.settings.guesses import did_you_mean
 
@@ -190,6 +190,12 @@ def _check(name: str) -> None:
         raise ScenarioError(
             f"cost: {name} is there in runs with instruments or drives alone, which have no gradient; choose "
             f"{_applied(name)}.",
+            key="cost", value=name,
+        )  # fmt: skip
+    if name in FOUND_AFTERWARDS:
+        raise ScenarioError(
+            f"cost: {name} is found in a recording by softhand.incipient_slip, and no part of the model; choose "
+            "limit_surface_use.",
             key="cost", value=name,
         )  # fmt: skip
     if name in _WHOLE:

@@ -37,7 +37,7 @@ from softhand.plant.state import State
 from softhand.plugins import plugin_name
 from softhand.recording.recording import Recording
 from softhand.recording.units import slides_in
-from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
+from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, MEASURED_PREFIX
 from softhand.scenario.scenario import Scenario
 from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import Push
@@ -401,6 +401,12 @@ def _kept(outputs: Iterable[str], at: Situation) -> Keep:
             f"outputs: {unlike[0]} is of the instruments and drives, which are no part of the model; ask for "
             f"{unlike[0].removeprefix(MEASURED_PREFIX).removesuffix('_commanded')}.",
             key="outputs", value=unlike[0],
+        )  # fmt: skip
+    for name in set(FOUND_AFTERWARDS).intersection(names):
+        raise ScenarioError(
+            f"outputs: {name} is found in a recording by softhand.incipient_slip, and no part of the model; ask for "
+            "limit_surface_use.",
+            key="outputs", value=name,
         )  # fmt: skip
     if "external_force" in names:
         raise ScenarioError(

@@ -76,8 +76,8 @@ def disc(rings: int, sectors: int) -> Disc:
             for t in range(sectors):
                 is_near = abs(i - j) <= 1 and min(t, sectors - t) <= 1
                 size = 1.0 / rings / (_NEAR if is_near else _FAR)
-                x, y, share = _quadrature(edges[i : i + 2], 0, sectors, size, 0)
-                x_j, y_j, share_j = _quadrature(edges[j : j + 2], t, sectors, size, 1)
+                x, y, share = _quadrature(i, rings, 0, sectors, size, 0)
+                x_j, y_j, share_j = _quadrature(j, rings, t, sectors, size, 1)
                 dx, dy = x[:, None] - x_j, y[:, None] - y_j
                 s = np.hypot(dx, dy)
                 weights = np.outer(share, share_j) / s
@@ -96,11 +96,17 @@ def disc(rings: int, sectors: int) -> Disc:
     )
 
 
-def _quadrature(ring: Array, sector: int, sectors: int, size: float, more: int) -> tuple[Array, Array, Array]:
+@lru_cache
+def _gauss(count: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(count)
+
+
+@lru_cache(10_000)
+def _quadrature(ring: int, rings: int, sector: int, sectors: int, size: float, more: int) -> tuple[Array, Array, Array]:
     """Points of a column about `size` apart, `more` each way so that two sets never coincide, and their shares."""
-    half, middle, width = np.pi / sectors, 0.5 * (ring[0] + ring[1]), ring[1] - ring[0]
-    out, w_out = np.polynomial.legendre.leggauss(max(2, int(np.ceil(width / size))) + more)
-    round_, w_round = np.polynomial.legendre.leggauss(max(2, int(np.ceil(2.0 * half * middle / size))) + more)
+    half, middle, width = np.pi / sectors, (ring + 0.5) / rings, 1.0 / rings
+    out, w_out = _gauss(max(2, int(np.ceil(width / size - 1e-9))) + more)
+    round_, w_round = _gauss(max(2, int(np.ceil(2.0 * half * middle / size))) + more)
     r, angle = middle + 0.5 * width * out, 2.0 * half * sector + half * round_
     share = np.outer(w_out * r, w_round)
     return (

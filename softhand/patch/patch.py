@@ -31,7 +31,7 @@ HERTZ = 2.0
 """Exponent k of Hertz's pressure (1 - (rho / a)^k)^(1/k)."""
 MOST = 0.995
 """Share of what friction holds up to which a load is followed."""
-_AT_LIMIT = 1e-5
+_AT_LIMIT = 0.01  # how far below its limit a column still counts as one that slips
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class PatchState(Record):
     Attributes:
         force: f_x, f_y [N], tau [N m] on the object, shape (3,).
         displacement: x, y [m], spin [rad] of the tip over the object, shape (3,).
-        slipped: share of the pressed area that slips, 0 to 1.
+        slipped: share of the pressed area whose columns are at their limit, within 1 %.
         use: of what friction holds: how much the load took that was asked for, or the force that there is.
         stored: elastic energy [J].
         lost: to slip since the start [J].

@@ -18,6 +18,7 @@ from softhand.settings.wording import show
 _NOTHING = 1e-9  # [N] a force below this is noise of the solver, and no touch
 _UNSEEN = 1e-6  # in the unit shown
 _GAP = 0.010  # [s] that does not part two of a kind: a tip that creeps at its limit slips in most steps, not in all
+_INCIPIENT, _STUCK = 0.5, 0.4  # share of a contact that slips from which it is told, and below which it may be anew
 _TOGETHER = 0.005  # [s] within which places of the object that meet the table, or leave it, are one event
 _TABLE = "table "
 _PLACE = re.compile(r"(.+?)(?:'s)? (corner|edge|rim|side|end point|ball|ellipsoid)\b")
@@ -46,11 +47,12 @@ class Event:
 
 
 KINDS = (
-    "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex", "torque limit",
-    "joint limit", "collision", "stopped",
+    "phase", "touch", "lift-off", "incipient slip", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex",
+    "torque limit", "joint limit", "collision", "stopped",
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
-presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
+presses rolls off a face; `incipient slip` is where half of a contact that holds begins to slip, in a recording that
+`softhand.incipient_slip` went through; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
 shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
@@ -152,6 +154,19 @@ def _slips(recording: Recording) -> Iterator[Event]:
                 yield Event(_time(recording, last + 1), "slip ends", finger, figures)
 
 
+def _incipient_slips(recording: Recording) -> Iterator[Event]:
+    """Where half of a contact, which holds as a whole, has begun to slip."""
+    for i, finger in enumerate(recording.labels["contact"]):
+        shares, is_told = recording.slipped_share[:, i], bool(recording.slipped_share[:1, i] >= _INCIPIENT)
+        for k in np.flatnonzero((shares >= _INCIPIENT) | (shares < _STUCK)):
+            begins = shares[k] >= _INCIPIENT
+            if begins and not is_told and not recording.is_slipping[k, i]:
+                use = _short(recording.limit_surface_use[k, i])
+                figures = f"{_short(100.0 * shares[k], 2)} % of the contact slips, at {use} of the limit"
+                yield Event(_time(recording, k), "incipient slip", finger, figures)
+            is_told = begins
+
+
 def _edges(recording: Recording) -> Iterator[Event]:
     """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
     pressing = recording.deformation[:, :, 0] > 0.0
@@ -246,6 +261,7 @@ _FINDERS: tuple[tuple[Callable[[Recording], Iterator[Event]], tuple[str, ...]], 
     (_support_touches, ("support_force",)),
     (_slips, ("is_slipping", "contact_force", "friction_use", "limit_surface_use", "slip_travel", "slip_twist",
               "slip_loss")),
+    (_incipient_slips, ("slipped_share", "is_slipping", "limit_surface_use")),
     (_edges, ("contact_feature", "contact_rotation", "object_rpy", "deformation", "contact_force")),
     (_apexes, ("contact_angles", "deformation")),
     (_torque_limits, ("torque_limited", "joint_torque")),

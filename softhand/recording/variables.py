@@ -47,6 +47,9 @@ COMMANDED = {
 }
 """What it asked for, by what it commands; there under [actuation] alone."""
 
+FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
+"""What a run does not record; `softhand.incipient_slip` finds it in a recording."""
+
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
 
@@ -93,6 +96,12 @@ VARIABLES: dict[str, Variable] = {
     "slip_travel": Variable(_CONTACT, "m", "tangential slip since the start, its path length"),
     "slip_twist": Variable(_CONTACT, "rad", "torsional slip since the start, its total amount"),
     "slip_loss": Variable(_CONTACT, "J", "work lost to slip since the start"),
+    "slipped_share": Variable(
+        _CONTACT, "1", "share of the contact that slips, 1 where all of it does; put in by softhand.incipient_slip"
+    ),
+    "microslip_loss": Variable(
+        _CONTACT, "J", "work lost in the parts that slip, since the start; put in by softhand.incipient_slip"
+    ),
     "support_force": Variable(
         (*_SUPPORT, "force_component"), "N, N, N, N m", "force and torsion of a support, in its contact frame"
     ),

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
-from softhand.recording.variables import COMMANDED, MEASURED_PREFIX
+from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, MEASURED_PREFIX
 from softhand.settings.settings import Gain, NonNegative, Positive, Settings
 
 Offset: TypeAlias = float | Annotated[tuple[float, ...], Field(min_length=1)]
@@ -161,12 +161,16 @@ def check_variables(
     """Variables that a run will have.
 
     Raises:
-        ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives.
+        ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives; or no
+            run has it.
     """
     is_measured = sensing is not None and bool(sensing.instruments)
     servo = actuation.servo if actuation is not None else None
     own = COMMANDED[servo.kind if servo is not None and servo.kind in COMMANDED else "torque"]
     for name in names:
+        if name in FOUND_AFTERWARDS:
+            message = f"{key}: {name!r} is found in a recording by softhand.incipient_slip; leave the name out."
+            raise ScenarioError(message, key=key, value=name)
         if name.startswith(MEASURED_PREFIX) and not is_measured:
             needed, example = "[sensing]", "sensing.joint_position.noise"
         elif name in COMMANDED.values() and name != COMMANDED["torque"] and name != own:
