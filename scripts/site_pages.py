@@ -47,8 +47,14 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "design_lqr", "LqrDesign", "design_gains", "GainDesign",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
-         "collisions", "Collisions", "Collision", "incipient_slip", "identify", "Identification",
+         "collisions", "Collisions", "Collision", "identify", "Identification",
          "material_of", "Material", "material_tip", "MaterialTip"),
+    ),
+    "contacts": (
+        "Inside a contact",
+        "Which part of a contact slips already, how its limit grows with time, and friction of others beside it.",
+        ("incipient_slip", "Patch", "PatchState", "limit_under_force", "limit_at_depth", "LimitOverTime", "CurvedLimit",
+         "Bristles", "BristleState"),
     ),
     "pictures": (
         "Pictures and films",

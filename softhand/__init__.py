@@ -99,6 +99,14 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.material.modulus import material_of as material_of
     from softhand.material.tip import MaterialTip as MaterialTip
     from softhand.material.tip import material_tip as material_tip
+    from softhand.patch.bristles import Bristles as Bristles
+    from softhand.patch.bristles import BristleState as BristleState
+    from softhand.patch.creep import LimitOverTime as LimitOverTime
+    from softhand.patch.creep import limit_at_depth as limit_at_depth
+    from softhand.patch.creep import limit_under_force as limit_under_force
+    from softhand.patch.curved_limit import CurvedLimit as CurvedLimit
+    from softhand.patch.patch import Patch as Patch
+    from softhand.patch.patch import PatchState as PatchState
     from softhand.plant.plant import Plant as Plant
     from softhand.plant.state import State as State
     from softhand.plots.run import draw_run as draw_run
@@ -133,6 +141,10 @@ _HOMES = {
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
     "analysis.incipient_slip": ("incipient_slip",),
+    "patch.bristles": ("Bristles", "BristleState"),
+    "patch.creep": ("LimitOverTime", "limit_at_depth", "limit_under_force"),
+    "patch.curved_limit": ("CurvedLimit",),
+    "patch.patch": ("Patch", "PatchState"),
     "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
     "assistant.found_scenario": ("NewScenario",),
     "assistant.new_scenario": ("new_scenario",),

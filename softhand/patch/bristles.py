@@ -53,19 +53,39 @@ class Bristles:
     """
 
     def __init__(self, stiffness: float, limit: float, lever: float, breakaway: float | None = None) -> None:
-        for name, value in (("stiffness", stiffness), ("limit", limit), ("lever", lever)):
-            if not 0.0 < value < math.inf:
-                raise SofthandError(f"Bristles: {name} is {value:g}; it must be above 0.")
+        if not 0.0 < stiffness < math.inf:
+            raise SofthandError(f"Bristles: stiffness is {stiffness:g}; it must be above 0 [N/m].")
         if breakaway is not None and not 0.0 <= breakaway < 1.0:
             raise SofthandError(f"Bristles: breakaway is {breakaway:g}; it is from 0 to below 1, a share of the limit.")
-        self._scale = np.array([1.0, 1.0, lever])
-        self._stiffness, self._limit = stiffness, limit
-        self._breakaway = -1.0 if breakaway is None else breakaway
+        self._stiffness = stiffness
+        self._scale = np.ones(3)
         self._z = self._x = (0.0, 0.0, 0.0)
+        self.press(limit, lever)
+        self._breakaway = -1.0 if breakaway is None else breakaway
+
+    def press(self, limit: float, lever: float) -> None:
+        """Another limit mu f_z [N] and lever [m] from the next step on; bristles and displacement stay as they are.
+
+        Raises:
+            SofthandError: a number is not above 0.
+        """
+        for name, value, unit in (("limit", limit, "N"), ("lever", lever, "m")):
+            if not 0.0 < value < math.inf:
+                raise SofthandError(f"Bristles: {name} is {value:g}; it must be above 0 [{unit}].")
+        ratio = lever / float(self._scale[2])
+        self._limit, self._scale = limit, np.array([1.0, 1.0, lever])
+        # the spin counts by the lever
+        self._z, self._x = (*self._z[:2], ratio * self._z[2]), (*self._x[:2], ratio * self._x[2])
 
     def move(self, x: float, y: float, spin: float) -> BristleState:
-        """Carry the tip straight to a displacement [m, m, rad], counted from where the history began."""
+        """Carry the tip straight to a displacement [m, m, rad], counted from where the history began.
+
+        Raises:
+            SofthandError: it is none.
+        """
         wanted = np.array([x, y, spin]) * self._scale
+        if not np.all(np.isfinite(wanted)):
+            raise SofthandError(f"Bristles: a displacement of {[x, y, spin]}; all three must be numbers.")
         way = wanted - self._x
         count = max(1, math.ceil(self._stiffness * float(np.linalg.norm(way)) / (_SHORT * self._limit)))
         step = _triple(way / count)

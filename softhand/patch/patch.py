@@ -65,7 +65,7 @@ class Patch:
     Quasi-static. The normal pressure is given and not changed by friction, as Cattaneo and Mindlin have it; the columns
     stay where they are on the tip, so that rolling carries none of them out of the contact. Each column holds mu p dA.
     The columns move each other as a half-space does, see `Disc.compliance`; what gives way behind the contact is in
-    series and changes nothing here. Sign and axes are those of a fingertip law in surface coordinates: the force on the
+    series and changes nothing here. A step goes straight, and its loss is of second order in it: follow turns in steps. Sign and axes are those of a fingertip law in surface coordinates: the force on the
     object has the sign of the displacement of the tip.
 
     Args:
@@ -103,7 +103,7 @@ class Patch:
         """mu p dA of each column [N], shape (N,)."""
         self._reach, self._sectors = reach, sectors
         self._C = grid.compliance(nu) / (G * reach)
-        self._stiffness = _stuck(self.points, self._C, rings)
+        self._stiffness = stuck_stiffness(self.points, self._C, rings)
         self._history = np.zeros(LEADING + 4 * len(self.points))
         self._scratch = np.zeros(4 * len(self.points))
         self._results = np.zeros(RESULTS)
@@ -133,7 +133,7 @@ class Patch:
 
     def move(self, x: float, y: float, spin: float) -> PatchState:
         """Carry the tip to a displacement [m, m, rad] over the object, counted from where the history began."""
-        self._history[:3] = x, y, spin
+        self._history[:3] = _numbers("displacement", x, y, spin)
         carry(self.points, self._C, self.limits, self._history, self._scratch, self._results)
         return self._state(use_of(self.points, self.limits, self._results[:3]))
 
@@ -142,7 +142,7 @@ class Patch:
 
         What takes more than `MOST` of what friction holds is cut to that, in proportion; `use` tells.
         """
-        wanted = np.array([f_x, f_y, tau])
+        wanted = _numbers("load", f_x, f_y, tau)
         use = use_of(self.points, self.limits, wanted)
         pressed = np.count_nonzero(self.limits[:: self._sectors])
         if pressed == 0:
@@ -190,7 +190,14 @@ class Patch:
         self._history[:], self._lost = values[:-1], float(values[-1])
 
 
-def _stuck(points: Array, C: Array, rings: int) -> Array:
+def _numbers(what: str, *values: float) -> Array:
+    found = np.array(values, dtype=float)
+    if not np.all(np.isfinite(found)):
+        raise SofthandError(f"Patch: a {what} of {found.tolist()}; all three must be numbers.")
+    return found
+
+
+def stuck_stiffness(points: Array, C: Array, rings: int) -> Array:
     """Stiffness against shear [N/m] and spin [N m/rad] of the first so many rings, stuck, shape (rings, 2)."""
     sectors, stiffness = len(points) // rings, np.zeros((rings, 2))
     motion = np.zeros((len(C), 2))
