@@ -97,6 +97,7 @@ def draw_growth(axes: Axes) -> None:
     depth = softhand.limit_at_depth(law, damping, MU, float(force.depth[0]), time)
     axes.semilogx(time, 1e3 * force.torsion, color=FINGERS[0], label="steady force 4 N")
     axes.semilogx(time, 1e3 * depth.torsion, color=FINGERS[1], ls=DASHED, label="steady depth")
+    axes.set_xticks([0.001, 0.01, 0.1, 1.0, 10.0], ["0.001", "0.01", "0.1", "1", "10"])
     axes.set(xlabel="time [s]", ylabel="largest torsion [N mm]", title="A tip that relaxes (fung)")
     axes.legend(loc="lower left")
     print(f"torsion: {1e3 * force.torsion[0]:.3f} to {1e3 * force.torsion[-1]:.3f} N mm")

@@ -29,7 +29,7 @@ def shaken(model: Bristles, low: float, high: float, way: np.ndarray, times: int
 @pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.5, 0.9), (-0.2, 0.6)])
 @pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.4, -0.5, 0.7)])
 def test_lugre_drifts_below_the_limit(low: float, high: float, way: tuple[float, float, float]) -> None:
-    """By ln((1 - low^2) / (1 - high^2)) mu f_z / sigma_0 a cycle, along the load: v = z' / (1 - |s|) and z' / (1 + |s|)."""
+    """By ln((1 - low^2) / (1 - high^2)) mu f_z / sigma_0 a cycle, along the load: v is z' / (1 -+ |s|)."""
     unit = np.array(way) / np.linalg.norm(way)
     moved = np.diff(shaken(bristles(), low, high, unit), axis=0)
     expected = DRIFT * math.log((1.0 - low * low) / (1.0 - high * high))

@@ -58,7 +58,7 @@ def test_without_relaxation_nothing_changes() -> None:
 
 
 def test_the_contact_of_a_run_creeps_so() -> None:
-    """A box pinched with 6 N: the lever of the limit surface in the contact grows as told here, and the force is held."""
+    """A box pinched with 6 N: the lever of the limit surface in the contact grows so, and the force is held."""
     law, rig = Radial(radius=RADIUS), pinch(6.0, damping=ONE)
     seen: list[tuple[float, float, float]] = []
     rig.run(

@@ -73,7 +73,7 @@ def test_it_bears_the_normal_force() -> None:
 
 
 def test_a_bulging_face_gives_a_moment_against_the_roll() -> None:
-    """Dragged along x the places lie in front of the plane of the contact, z > 0, so that the moment about y is that."""
+    """Dragged along x the places lie in front of the plane of the contact, z > 0, so the moment about y is that."""
     bulging, hollow = limit(120.0).wrench([1.0, *[0.0] * 5]), limit(-80.0).wrench([1.0, *[0.0] * 5])
     assert bulging[4] > 1e-3 * MU * N * A and hollow[4] < -1e-3 * MU * N * A
     assert bulging[[1, 2, 3, 5]] == pytest.approx(np.zeros(4), abs=1e-12)
@@ -110,7 +110,7 @@ def test_the_ellipsoid_meets_it_along_the_axes(curvature: float) -> None:
     for axis in np.diag(UNIT):
         assert axis @ E @ axis == pytest.approx(one.power(axis) ** 2, abs=1e-12)
     ratios = [math.sqrt(twist @ E @ twist) / one.power(twist) for twist in TWISTS]
-    assert 0.85 < min(ratios) and max(ratios) < 1.15
+    assert min(ratios) > 0.85 and max(ratios) < 1.15
 
 
 def test_wrong_numbers_are_told() -> None:

@@ -84,6 +84,15 @@ def test_a_heavy_box_wants_a_squeeze(capsys: pytest.CaptureFixture[str]) -> None
     assert len(capsys.readouterr().out.splitlines()) == 1 + len(masses)
 
 
+def test_a_shaken_grasp_creeps_with_lugre_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    """Millimetres a shake; the others follow the load, which drifts by a thousandth of that; a run not at all."""
+    found = results("shaken_grasp")
+    assert found["LuGre"] == pytest.approx(5.1e-3, rel=0.02)
+    assert found["elasto-plastic"] < 1e-3 * found["LuGre"] and found["columns, softhand.Patch"] < 1e-3 * found["LuGre"]
+    assert found["the run of softhand"] == 0.0
+    assert UNIT.search(capsys.readouterr().out)
+
+
 def test_the_notebook_runs_from_top_to_bottom(capsys: pytest.CaptureFixture[str]) -> None:
     """A push moves the box by so much [m]; cells are marked as jupytext reads them."""
     found = runpy.run_path(str(FOLDER / "notebook.py"))
@@ -130,7 +139,7 @@ def test_learning_makes_a_policy_and_its_curve(capsys: pytest.CaptureFixture[str
     assert "success" in capsys.readouterr().out
 
 
-def test_there_are_fourteen() -> None:
+def test_there_are_fifteen() -> None:
     """And each has its number above."""
     others = {
         "compare_controllers",
@@ -140,5 +149,6 @@ def test_there_are_fourteen() -> None:
         "own_formula",
         "predictive_control",
         "learning",
+        "shaken_grasp",
     }
-    assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 14
+    assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 15

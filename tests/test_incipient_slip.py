@@ -1,4 +1,4 @@
-"""Incipient slip along a recording: which share of each contact slips, where half does, and what it may not depend on."""
+"""Incipient slip along a recording: which share of each contact slips, where half does, what it may not depend on."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ import softhand
 from softhand import QuadraticCost, Recording, RecordingError, ScenarioError, incipient_slip, load_scenario, simulate
 from softhand.derivatives.costs import costs_of
 from softhand.recording.events import find_events
-
-
 
 KNOCKED = {
     "duration": 0.04,

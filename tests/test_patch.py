@@ -34,7 +34,7 @@ def exact(nu: float) -> CattaneoMindlin:
     return CattaneoMindlin(MU, N, A, G, nu)
 
 
-# ------------------------------------------------------------------------------------------------- Cattaneo and Mindlin
+# ------------------------------------------------------------------------------------------ Cattaneo and Mindlin
 
 
 def test_the_closed_forms_agree_with_each_other() -> None:
@@ -93,7 +93,7 @@ def test_stuck_it_is_as_stiff_as_a_disc_on_a_half_space(nu: float) -> None:
         assert spin == pytest.approx(16.0 / 3.0 * G * a**3, rel=close)
 
 
-# --------------------------------------------------------------------------------------------------------- the whole limit
+# ------------------------------------------------------------------------------------------ the whole limit
 
 
 @pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (-0.6, 0.8, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
@@ -114,7 +114,7 @@ def test_the_limit_that_it_traces_is_the_exact_one(centre: float) -> None:
     spin = 30.0
     state = pressed(rings=16).move(centre * A * spin, 0.0, -spin)
     F, T = state.force[0] / (MU * N), -state.force[2] / (MU * N * A)
-    assert (F, T / SPIN) == pytest.approx((f_t, tau / SPIN), abs=0.012)
+    assert pytest.approx((f_t, tau / SPIN), abs=0.012) == (F, T / SPIN)
     contact = np.zeros(1, CONTACT)[0]
     pad = np.zeros(1, PAD)[0]
     pad["radius"], pad["torsion_share"], pad["limit"], pad["kappa"] = 0.01, SPIN, OWN_PRESSURE, SPIN
@@ -144,7 +144,7 @@ def test_a_load_beyond_the_limit_is_cut() -> None:
     assert state.use == pytest.approx(2.0, rel=1e-6) and state.slipped == 1.0
 
 
-# ----------------------------------------------------------------------------------------------------- energy and symmetry
+# ------------------------------------------------------------------------------------------ energy and symmetry
 
 WAYS = np.array([[3e-4, 1e-4, 0.05], [5e-4, -2e-4, 0.1], [2e-4, -4e-4, 0.02], [-3e-4, -1e-4, -0.1], [1e-4, 3e-4, 0.0]])
 """Displacements [m, m, rad], far enough that most of the patch slips."""
@@ -155,7 +155,7 @@ def run(patch: Patch, ways: np.ndarray = WAYS) -> list[PatchState]:
 
 
 def test_the_ledger_closes() -> None:
-    """Work is what is stored and what is lost, with growing and shrinking contacts; at one pressure a loss is a loss."""
+    """Work is what is stored and what is lost, contacts may grow and shrink; at one pressure a loss is a loss."""
     patch, force, place, work, lost = pressed(), np.zeros(3), np.zeros(3), 0.0, 0.0
     for k, way in enumerate(np.repeat(WAYS, 3, axis=0)):
         patch.press(N * (1.0 + 0.3 * math.sin(k)), A * (0.9 + 0.1 * math.sin(k)))
@@ -203,7 +203,7 @@ def test_a_load_and_the_displacement_that_it_finds_are_one() -> None:
     assert again.lost == pytest.approx(state.lost, rel=1e-3)
 
 
-# ------------------------------------------------------------------------------------------------------------------ history
+# ------------------------------------------------------------------------------------------ history
 
 
 def test_pressed_harder_it_sticks_anew() -> None:
@@ -239,7 +239,7 @@ def test_let_go_and_touched_again_it_remembers_nothing() -> None:
     assert np.all(let_go.force == 0.0) and let_go.stored == 0.0
     start = let_go.displacement
     patch.press(N, A)
-    one, other = patch.move(*(start + (2e-4, 0.0, 0.0))), fresh.move(2e-4, 0.0, 0.0)
+    one, other = patch.move(*(start + np.array([2e-4, 0.0, 0.0]))), fresh.move(2e-4, 0.0, 0.0)
     assert one.force == pytest.approx(other.force, abs=1e-6 * MU * N)
 
 
@@ -251,7 +251,7 @@ def test_saved_and_restored_it_goes_on_to_the_bit() -> None:
         assert np.array_equal(one.force, another.force) and one.lost == another.lost and one.stored == another.stored
 
 
-# --------------------------------------------------------------------------------------------------------- pressure, material
+# ------------------------------------------------------------------------------------------ pressure, material
 
 
 def test_shares_of_rings_are_those_of_the_pressure() -> None:

@@ -27,14 +27,14 @@ _NEEDED = ("contact_force", "contact_rotation", "object_rpy", "deformation", "is
 def incipient_slip(recording: Recording, rings: int = 12, sectors: int = 12) -> Recording:
     """The recording with `slipped_share` and `microslip_loss` of each contact, and the events that they tell.
 
-    A contact that holds as a whole slips at its rim already. Each contact of the recording becomes a `patch.Patch` that
+    A contact that holds as a whole slips at its rim already. Each contact of the recording becomes a `Patch` that
     transmits the recorded force and torsion, sample by sample, under the pressure that the limit surface of its law
-    comes from. Quasi-static and one way: what is found does not act back on the run. The share depends on the history of
-    the load, on mu, the pressure and Poisson's ratio, and not on the stiffness of the tip; the loss is inverse to the
-    shear modulus, see `patch.tip.material_of_law`. Rolling is taken to carry nothing out of the contact.
+    comes from. Quasi-static and one way: what is found does not act back on the run. The share depends on the history
+    of the load, on mu, the pressure and Poisson's ratio, and not on the stiffness of the tip; the loss is inverse to
+    the shear modulus, see `patch.tip.material_of_law`. Rolling is taken to carry nothing out of the contact.
 
-    mu is that until slip begins, of the face that is touched. A tip that slips as a whole, or carries more than friction
-    would hold, as one that may not slip can, has the share 1. About 1 ms a sample and contact.
+    mu is that until slip begins, of the face that is touched. A tip that slips as a whole, or carries more than
+    friction would hold, as one that may not slip can, has the share 1. About 1 ms a sample and contact.
 
     Args:
         recording: a run, of either loop.

@@ -1,4 +1,4 @@
-"""Bristles: LuGre and elasto-plastic friction of a contact with spin, coupled by the ellipse; to compare with, not to run."""
+"""Bristles: LuGre and elasto-plastic friction of a contact with spin, coupled by the ellipse; to compare with."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Bristles:
         s = sigma_0 z,   z' = v - alpha(z, v) |v| sigma_0 z / (mu f_z)
 
     In steady sliding s = mu f_z v / |v|, on the ellipse of force and torsion and along its normal. alpha = 1 is LuGre
-    (Canudas de Wit, Olsson, Astrom, Lischinsky 1995) without its terms of speed, thus Dahl's: below the limit it slips a
-    little whenever the load changes, and a load that goes to and fro drifts. alpha of the elasto-plastic model (Dupont,
-    Hayward, Armstrong, Altpeter 2002) is 0 below a share b of the limit and where the bristles are let go,
+    (Canudas de Wit, Olsson, Astrom, Lischinsky 1995) without its terms of speed, thus Dahl's: below the limit it slips
+    a little whenever the load changes, and under one that goes to and fro it drifts. alpha of the elasto-plastic model
+    (Dupont, Hayward, Armstrong, Altpeter 2002) is 0 below a share b of the limit and where the bristles are let go,
 
         alpha = (1 + sin(pi (|s| / (mu f_z) - (1 + b) / 2) / (1 - b))) / 2   between b and 1,
 

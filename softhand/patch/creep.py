@@ -81,7 +81,7 @@ def limit_under_force(law: Law, damping: Damping, friction: float, normal: float
 
 
 def limit_at_depth(law: Law, damping: Damping, friction: float, depth: float, time: ArrayLike) -> LimitOverTime:
-    """A tip pushed to a depth [m] at time 0 and held there: its force relaxes, f_z = F_e (c_0 + sum c_k e^(-nu_k t))."""
+    """A tip at a depth [m] from time 0 on: its force relaxes, f_z = F_e (c_0 + sum c_k e^(-nu_k t))."""
     _check(friction, depth, "depth", "m")
     times = np.asarray(time, dtype=float)
     c, nu = _series(damping)

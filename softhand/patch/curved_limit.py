@@ -22,7 +22,8 @@ class CurvedLimit:
     """The wrenches that friction of a cap holds, about the middle of the contact, z the outward normal of the tip.
 
     A soft tip on a curved face touches over a cap of radius a, about z = rho^2 / (2 R), R > 0 where the object bulges
-    into the tip and R < 0 where it is hollow. As it slides with the twist (v, w), each place drags against its way along the surface:
+    into the tip and R < 0 where it is hollow. As it slides with the twist (v, w), each place drags along the surface,
+    against its way:
 
         h(v, w) = int mu p |t| dA,   t = P (v + w x r),   P = 1 - n n^T
         (f, m) = dh / d(v, w) = int mu p (t / |t|, r x t / |t|) dA
@@ -73,8 +74,8 @@ class CurvedLimit:
                 raise SofthandError(f"CurvedLimit: {name} is {value:g}; it must be above 0 [{unit}].")
         if not abs(curvature) * radius < 1.0:
             raise SofthandError(
-                f"CurvedLimit: a contact of {radius:g} m on a face of curvature {curvature:g} 1/m; their product must be "
-                "below 1."
+                f"CurvedLimit: a contact of {radius:g} m on a face of curvature {curvature:g} 1/m; their product must "
+                "be below 1."
             )
         edges = np.sin(0.5 * math.pi * np.linspace(0.0, 1.0, rings + 1))
         shares = power_shares(edges, exponent) / sectors
@@ -128,8 +129,8 @@ class CurvedLimit:
     def ellipsoid(self) -> Array:
         """The usual approximation: E of the ellipsoid w^T E^+ w = 1, whose support function is sqrt(t^T E t).
 
-        E_ii = h(e_i)^2 and 4 E_ij = h(e_i + e_j)^2 - h(e_i - e_j)^2, e_i a twist of 1 m/s or of 1 m/s at the rim, so that
-        it is exact for these; shape (6, 6), units N and N m.
+        E_ii = h(e_i)^2 and 4 E_ij = h(e_i + e_j)^2 - h(e_i - e_j)^2, e_i a twist of 1 m/s or of 1 m/s at the rim, so
+        that it is exact for these; shape (6, 6), units N and N m.
         """
         scale = self._scale()
         unit = np.diag(scale)

@@ -61,7 +61,7 @@ class Disc:
 def disc(rings: int, sectors: int) -> Disc:
     """The disc of so many rings and sectors.
 
-    What two columns do to each other depends on the angle between them, so that the first column of each ring tells all.
+    What two columns do to each other depends on the angle between them: the first column of each ring tells all.
     """
     edges = np.linspace(0.0, 1.0, rings + 1)
     angles = 2.0 * np.pi * np.arange(sectors) / sectors

@@ -61,7 +61,7 @@ class CattaneoMindlin:
     def loss(self, turn: float) -> float:
         """Energy lost in a cycle between -turn and turn [J].
 
-            (24 / 5) Q_0 D {1 - (1 - q)^(5/3) - (5 q / 6) (1 + (1 - q)^(2/3))},   q = turn / Q_0
+        (24 / 5) Q_0 D {1 - (1 - q)^(5/3) - (5 q / 6) (1 + (1 - q)^(2/3))},   q = turn / Q_0
         """
         q = turn / self.most
         left = 1.0 - q

@@ -18,7 +18,7 @@ LEADING = 3
 """Numbers of a history before those of the columns: the displacement x, y [m] and the spin [rad]."""
 
 FORCE, LOST, STORED, SWEEPS = 0, 3, 4, 5
-"""Places in the results: f_x, f_y [N], tau [N m]; loss of the step [J]; stored [J]; sweeps it took, 0 if they failed."""
+"""Places in the results: f_x, f_y [N], tau [N m]; loss of the step [J]; stored [J]; its sweeps, 0 if these failed."""
 RESULTS = 6
 
 _MOST_SWEEPS = 4000
@@ -55,8 +55,14 @@ def load(points, C, limits, stiffness, wanted, history, scratch, results):
     none of which slips. That is never too far, as columns that slip are less stiff.
 
     Args:
+        points: as in `carry`.
+        C: likewise.
+        limits: likewise.
         stiffness: of the columns that are pressed, all of them stuck, against shear [N/m] and spin [N m/rad].
         wanted: f_x, f_y [N], tau [N m], within the limit of all columns, shape (3,).
+        history: as in `carry`; the displacement changes too.
+        scratch: likewise.
+        results: likewise.
     """
     close = _begin(C, limits, history, scratch)
     shear, spin = stiffness

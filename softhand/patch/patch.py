@@ -65,8 +65,9 @@ class Patch:
     Quasi-static. The normal pressure is given and not changed by friction, as Cattaneo and Mindlin have it; the columns
     stay where they are on the tip, so that rolling carries none of them out of the contact. Each column holds mu p dA.
     The columns move each other as a half-space does, see `Disc.compliance`; what gives way behind the contact is in
-    series and changes nothing here. A step goes straight, and its loss is of second order in it: follow turns in steps. Sign and axes are those of a fingertip law in surface coordinates: the force on the
-    object has the sign of the displacement of the tip.
+    series and changes nothing here. A step goes straight, and its loss is of second order in it: follow turns in steps.
+    Sign and axes are those of a fingertip law in surface coordinates: the force on the object has the sign of the
+    displacement of the tip.
 
     Args:
         reach: the largest contact radius that is to come [m]; the grid of columns is so large, a smaller contact has
@@ -158,11 +159,18 @@ class Patch:
     def _state(self, use: float) -> PatchState:
         results = self._results
         if results[SWEEPS] == 0:
-            raise SofthandError(f"Patch: no forces of the columns were found at {self._history[:3]}; take shorter steps.")
+            raise SofthandError(
+                f"Patch: no forces of the columns were found at {self._history[:3]}; take shorter steps."
+            )
         self._lost += float(results[LOST])
         slipped = slipped_share(self.areas, self.limits, self._history, _AT_LIMIT) if use < MOST else 1.0
         return PatchState(
-            results[FORCE : FORCE + 3].copy(), self._history[:3].copy(), slipped, use, float(results[STORED]), self._lost
+            results[FORCE : FORCE + 3].copy(),
+            self._history[:3].copy(),
+            slipped,
+            use,
+            float(results[STORED]),
+            self._lost,
         )
 
     @property

@@ -15,7 +15,7 @@ _LEANING = math.pi / 3.0  # Phi there [rad]
 
 
 def contact_radius(law: Law, depth: float) -> float:
-    """a [m] at a depth dr [m]: that of the limit surface of the law, see `contact.limit.spin_length`; 0 without touch."""
+    """a [m] at a depth dr [m], that of `contact.limit.spin_length`; 0 without touch."""
     r = law.radius
     d = min(max(depth, 0.0), r)
     return math.sqrt(d * (2.0 * r - d)) if law.torsion_share is None else math.sqrt(r * d)

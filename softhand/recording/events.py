@@ -52,8 +52,8 @@ KINDS = (
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
 presses rolls off a face; `incipient slip` is where half of a contact that holds begins to slip, in a recording that
-`softhand.incipient_slip` went through; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
-shapes, so that `softhand.collisions` finds it, and not `find_events`."""
+`softhand.incipient_slip` went through; `joint limit` is a joint beyond its stop, which a run does not hold. `collision`
+needs shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
 def find_events(recording: Recording) -> list[Event]:
