@@ -79,5 +79,7 @@ def test_wrong_numbers_are_told() -> None:
         limit_under_force(Radial(radius=RADIUS), ONE, 0.0, 1.0, TIMES)
     with pytest.raises(SofthandError, match="depth is nan"):
         limit_at_depth(Radial(radius=RADIUS), ONE, MU, math.nan, TIMES)
+    with pytest.raises(SofthandError, match="give times from 0 on"):
+        limit_at_depth(Radial(radius=RADIUS), ONE, MU, 1e-3, [-1.0])
     with pytest.raises(SofthandError, match="does not press with 1e"):
         limit_under_force(Radial(radius=RADIUS), ONE, MU, 1e6, TIMES)

@@ -116,5 +116,7 @@ def test_the_ellipsoid_meets_it_along_the_axes(curvature: float) -> None:
 def test_wrong_numbers_are_told() -> None:
     with pytest.raises(SofthandError, match="normal is -1"):
         CurvedLimit.of(MU, -1.0, A)
+    with pytest.raises(SofthandError, match="exponent 0"):
+        CurvedLimit.of(MU, N, A, exponent=0.0)
     with pytest.raises(SofthandError, match="must be below 1"):
         CurvedLimit.of(MU, N, A, 250.0)

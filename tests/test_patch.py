@@ -82,6 +82,17 @@ def test_the_stick_radius_is_that_of_cattaneo(use: float) -> None:
     assert state.use == pytest.approx(use, abs=1e-9)
 
 
+@pytest.mark.parametrize("stick", [0.9, 0.75, 0.5, 0.3])
+def test_spun_it_sticks_within_the_radius_of_lubkin(stick: float) -> None:
+    """Within half a ring; at little slip the closed form is that of a disc which sticks."""
+    ball, patch = exact(0.5), pressed(0.5, rings=24)
+    for share in (0.25, 0.5, 0.75, 1.0):
+        state = patch.move(0.0, 0.0, share * float(ball.spin(stick * A)))
+    assert math.sqrt(1.0 - state.slipped) == pytest.approx(stick, abs=0.51 / 24)
+    little = float(ball.spin(0.9999 * A))
+    assert 16.0 / 3.0 * G * A**3 * little == pytest.approx((1.0 - 0.9999**2) * MU * N * A, rel=1e-3)
+
+
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 def test_stuck_it_is_as_stiff_as_a_disc_on_a_half_space(nu: float) -> None:
     """Mindlin's 8 G a / (2 - nu), Reissner and Sagoci's 16 G a^3 / 3; so are the inner rings alone."""
@@ -315,6 +326,10 @@ def test_wrong_steps_are_told() -> None:
     patch = Patch(A, G)
     with pytest.raises(SofthandError, match="radius is from 0 to the reach"):
         patch.press(N, 2.0 * A)
+    with pytest.raises(SofthandError, match="shares of shape"):
+        patch.press(N, A, np.ones(3))
+    with pytest.raises(SofthandError, match="exponent of the pressure is 0"):
+        patch.press(N, A, 0.0)
     with pytest.raises(SofthandError, match="as many rings and sectors"):
         patch.restore(np.zeros(3))
     with pytest.raises(SofthandError, match="must be numbers"):

@@ -64,13 +64,13 @@ def limit_under_force(law: Law, damping: Damping, friction: float, normal: float
         damping: relaxes, as `fung`; dashpots are left out.
         friction: mu.
         normal: f_z [N].
-        time: [s], growing from 0 or later, shape (times,).
+        time: from 0 on [s], shape (times,).
 
     Raises:
         SofthandError: a number is not positive, or the law cannot press so hard.
     """
     _check(friction, normal, "normal", "N")
-    times = np.asarray(time, dtype=float)
+    times = _times(time)
     c, nu = _series(damping)
     # w' = A w + nu f_z, from the equations above
     A = nu[:, None] * (np.outer(np.ones(len(c)), c) - np.eye(len(c)))
@@ -83,7 +83,7 @@ def limit_under_force(law: Law, damping: Damping, friction: float, normal: float
 def limit_at_depth(law: Law, damping: Damping, friction: float, depth: float, time: ArrayLike) -> LimitOverTime:
     """A tip at a depth [m] from time 0 on: its force relaxes, f_z = F_e (c_0 + sum c_k e^(-nu_k t))."""
     _check(friction, depth, "depth", "m")
-    times = np.asarray(time, dtype=float)
+    times = _times(time)
     c, nu = _series(damping)
     left = 1.0 - np.sum(c) + np.exp(-np.outer(times, nu)) @ c
     return _limits(law, friction, times, np.full_like(times, depth), left * _press(law, depth))
@@ -119,6 +119,13 @@ def _limits(law: Law, friction: float, time: Array, depth: Array, normal: Array)
     lever = np.array([spin_length(pad[0], law.radius - d) for d in depth])
     radius = np.array([contact_radius(law, d) for d in depth])
     return LimitOverTime(time, depth, radius, normal, friction * normal, friction * normal * lever)
+
+
+def _times(time: ArrayLike) -> Array:
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    if not (times.ndim == 1 and np.all((times >= 0.0) & (times < math.inf))):
+        raise SofthandError(f"time is {time}; give times from 0 on [s].")
+    return times
 
 
 def _check(friction: float, value: float, name: str, unit: str) -> None:

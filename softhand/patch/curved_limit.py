@@ -72,6 +72,11 @@ class CurvedLimit:
         for name, value, unit in (("friction", friction, "1"), ("normal", normal, "N"), ("radius", radius, "m")):
             if not 0.0 < value < math.inf:
                 raise SofthandError(f"CurvedLimit: {name} is {value:g}; it must be above 0 [{unit}].")
+        if not (0.0 < exponent < math.inf and rings > 0 and sectors > 2):
+            raise SofthandError(
+                f"CurvedLimit: exponent {exponent:g}, {rings} rings, {sectors} sectors; the first must be above 0, and "
+                "there must be a ring of at least 3 sectors."
+            )
         if not abs(curvature) * radius < 1.0:
             raise SofthandError(
                 f"CurvedLimit: a contact of {radius:g} m on a face of curvature {curvature:g} 1/m; their product must "

@@ -1,4 +1,4 @@
-"""Cattaneo and Mindlin: a ball pressed on a face and pushed across it, in closed form."""
+"""Cattaneo, Mindlin and Lubkin: a ball pressed on a face and pushed across it or spun, in closed form."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ellipe, ellipk
 
 from softhand.numerics.arrays import Array
 
@@ -48,6 +49,17 @@ class CattaneoMindlin:
     def stick_radius(self, shear: ArrayLike) -> Array:
         """c, within which the ball sticks, at first loading [m]."""
         return self.radius * np.cbrt(1.0 - np.asarray(shear) / self.most)
+
+    def spin(self, stick_radius: ArrayLike) -> Array:
+        """The spin at which the ball sticks within c, without shear [rad]; it has no bound as c goes to 0.
+
+            3 mu P / (4 pi G a^2) {K(k) - E(k)},   k^2 = 1 - (c / a)^2          Lubkin 1951
+
+        with K and E the complete elliptic integrals.
+        """
+        m = 1.0 - (np.asarray(stick_radius) / self.radius) ** 2
+        scale = 3.0 * self.most / (4.0 * np.pi * self.G * self.radius**2)
+        return scale * np.asarray(ellipk(m) - ellipe(m))
 
     def loading(self, shear: ArrayLike) -> Array:
         """x at first loading [m]."""

@@ -129,8 +129,14 @@ class Patch:
         if normal <= 0.0 or radius == 0.0:
             self.limits[:] = 0.0
             return
-        shares = power_shares(self.edges / radius, pressure) if isinstance(pressure, float | int) else pressure
-        self.limits[:] = np.repeat(self.friction * normal / self._sectors * np.asarray(shares), self._sectors)
+        shares = np.asarray(pressure, dtype=float)
+        if shares.ndim == 0:
+            if not 0.0 < float(shares) < math.inf:
+                raise SofthandError(f"Patch: the exponent of the pressure is {float(shares):g}; it must be above 0.")
+            shares = power_shares(self.edges / radius, float(shares))
+        if shares.shape != (len(self.edges) - 1,):
+            raise SofthandError(f"Patch: shares of shape {shares.shape}; one for each of {len(self.edges) - 1} rings.")
+        self.limits[:] = np.repeat(self.friction * normal / self._sectors * shares, self._sectors)
 
     def move(self, x: float, y: float, spin: float) -> PatchState:
         """Carry the tip to a displacement [m, m, rad] over the object, counted from where the history began."""
