@@ -67,9 +67,9 @@ def draw_map(axes: Axes, shear: float, spin: float, title: str) -> None:
     places, forces = 1e3 * patch.points[::2], patch.forces[::2]
     axes.quiver(*places.T, *forces.T, width=0.004, color="black", scale=25.0 * np.abs(forces).max())
     reach = 1.05e3 * A
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=title, xlabel="x [mm]", ylabel="y [mm]")
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+    axes.set_title(f"{title}: {state.slipped:.0%} slips")
     axes.grid(visible=False)
-    axes.text(0.02, 0.02, f"{state.slipped:.0%} slips at {state.use:.0%}", transform=axes.transAxes, size=7.5)
 
 
 def draw_creep(axes: Axes) -> None:
@@ -110,8 +110,8 @@ def draw() -> Figure:
         panels = figure.subplots(2, 3)
         figure.subplots_adjust(left=0.065, right=0.985, top=0.95, bottom=0.085, hspace=0.36, wspace=0.28)
         draw_loop(panels[0, 0])
-        draw_map(panels[0, 1], 0.8, 0.0, "0.8 of the shear")
-        draw_map(panels[0, 2], 0.5, 0.7, "0.5 of the shear, 0.7 of the torsion")
+        draw_map(panels[0, 1], 0.8, 0.0, "0.8 shear")
+        draw_map(panels[0, 2], 0.5, 0.7, "0.5 shear, 0.7 torsion")
         draw_creep(panels[1, 0])
         draw_growth(panels[1, 1])
         draw_run(panels[1, 2])
