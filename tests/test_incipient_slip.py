@@ -117,13 +117,15 @@ def test_the_events_of_the_recording_are_kept(found: Recording) -> None:
 
 
 def test_no_run_records_it() -> None:
-    """A scenario, a rollout and a cost that ask for it are told where it comes from."""
+    """A scenario, a rollout, a cost and a linear model that ask for it are told where it comes from."""
     with pytest.raises(ScenarioError, match=r"found in a recording by softhand\.incipient_slip"):
         load_scenario("target-a", {"record.variables": ["slipped_share"]})
     with pytest.raises(ScenarioError, match=r"found in a recording by softhand\.incipient_slip"):
         softhand.rollout("target-a", {"mass": [0.2]}, variables=("microslip_loss",))
     with pytest.raises(ScenarioError, match=r"choose limit_surface_use"):
         costs_of(QuadraticCost("slipped_share"))
+    with pytest.raises(ScenarioError, match=r"ask for limit_surface_use"):
+        softhand.linearize("target-a", outputs=("slipped_share",))
 
 
 def test_a_recording_without_a_scenario_is_refused(run: Recording) -> None:
