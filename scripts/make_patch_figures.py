@@ -75,7 +75,7 @@ def draw_map(axes: Axes, shear: float, spin: float, title: str) -> None:
 def draw_creep(axes: Axes) -> None:
     """Shaken between 0.3 and 0.8 of the limit: LuGre, elasto-plastic, columns."""
     stiffness, lever = 8.0 * G * A / (2.0 - NU), 0.59 * A
-    models = {
+    models: dict[str, softhand.Bristles | softhand.Patch] = {
         "LuGre": softhand.Bristles(stiffness, MU * N, lever),
         "elasto-plastic": softhand.Bristles(stiffness, MU * N, lever, breakaway=0.9),
         "columns": columns(12),

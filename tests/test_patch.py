@@ -167,11 +167,12 @@ def run(patch: Patch, ways: np.ndarray = WAYS) -> list[PatchState]:
 
 def test_the_ledger_closes() -> None:
     """Work is what is stored and what is lost, contacts may grow and shrink; at one pressure a loss is a loss."""
-    patch, force, place, work, lost = pressed(), np.zeros(3), np.zeros(3), 0.0, 0.0
+    patch, force, place = pressed(), np.zeros(3), np.zeros(3)
+    work = lost = 0.0
     for k, way in enumerate(np.repeat(WAYS, 3, axis=0)):
         patch.press(N * (1.0 + 0.3 * math.sin(k)), A * (0.9 + 0.1 * math.sin(k)))
         state = patch.move(*way)
-        work += 0.5 * (force + state.force) @ (state.displacement - place)
+        work += float(0.5 * (force + state.force) @ (state.displacement - place))
         force, place = state.force, state.displacement
         assert work == pytest.approx(state.stored + state.lost, abs=2e-6 * MU * N * A)
     patch = pressed()

@@ -124,7 +124,7 @@ def _limits(law: Law, friction: float, time: Array, depth: Array, normal: Array)
 def _times(time: ArrayLike) -> Array:
     times = np.atleast_1d(np.asarray(time, dtype=float))
     if not (times.ndim == 1 and np.all((times >= 0.0) & (times < math.inf))):
-        raise SofthandError(f"time is {time}; give times from 0 on [s].")
+        raise SofthandError(f"time is {times.tolist()}; give times from 0 on [s].")
     return times
 
 
