@@ -12,12 +12,14 @@ from softhand.contact.limit import limit_use, set_limit, spin_length
 from softhand.contact.records import CONTACT, OWN_PRESSURE, PAD
 from softhand.laws.hemisphere import Hemisphere
 from softhand.laws.hertz import Hertz
+from softhand.laws.law import Law
 from softhand.patch.disc import disc
 from softhand.patch.mindlin import CattaneoMindlin
 from softhand.patch.partial_slip import use_of
 from softhand.patch.patch import stuck_stiffness
 from softhand.patch.pressure import column_shares, exponent_of, power_shares
-from softhand.patch.tip import contact_radius, material_of_law
+from softhand.patch.tip import contact_radius, material_of_law, ring_shares
+from softhand.validation.every_law import LAWS
 from softhand.validation.pressures import columns, limit_curve, power
 
 G, A, N, MU = 60e3, 0.004, 3.0, 0.7  # [N/m^2], [m], [N], [1]
@@ -285,6 +287,19 @@ def test_shares_of_rings_are_those_of_the_pressure() -> None:
     a = math.sqrt(r * r - (r - depth) ** 2)
     lever = a * np.sum(column_shares(fine, depth, r) * 0.5 * (fine[1:] + fine[:-1]))
     assert lever == pytest.approx(spin_length(pad[0], r - depth), rel=1e-4)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_every_law_has_the_pressure_of_its_limit_surface(law: Law) -> None:
+    """The mean lever of the ring shares is the lever in the contact; and there is a material."""
+    depth = 0.15 * law.radius
+    edges = np.linspace(0.0, contact_radius(law, depth), 2001)
+    pad = np.zeros(1, PAD)
+    pad["radius"], pad["torsion_share"] = law.radius, law.torsion_share or 0.0
+    lever = np.sum(ring_shares(law, depth, edges) * 0.5 * (edges[1:] + edges[:-1]))
+    assert lever == pytest.approx(spin_length(pad[0], law.radius - depth), rel=1e-6)
+    G, nu = material_of_law(law)
+    assert 0.0 < G < math.inf and 0.0 <= nu <= 0.5
 
 
 def test_the_exponent_of_a_torsion_share() -> None:
