@@ -18,6 +18,7 @@ from softhand.model.shapes.mesh_file import read_mesh
 from softhand.model.shapes.polyhedron import Polyhedron
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
+from softhand.model.shapes.union import MOST_PARTS, Part, Union
 from softhand.model.urdf.geometry import Geometry
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
@@ -36,27 +37,56 @@ def read_shape(
         ellipsoid: semi-axes of an ellipsoid that replaces the shape of the URDF at its place [m].
         hull: take the convex hull of a mesh.
 
+    Several collision shapes are the parts of one solid, their union.
+
     Raises:
-        ModelError: there is not exactly one collision shape, or it is none that can be held.
+        ModelError: there is no collision shape, or one is none that can be held.
     """
     found = urdf.geometries("collision")
     kinds = [geometry.kind for geometry in found]
-    if len(found) != 1 or kinds[0] not in KINDS:
+    if not found or not set(kinds) <= set(KINDS):
         raise ModelError(
-            f"{urdf.file}: an object needs exactly one collision shape, a <{'>, <'.join(KINDS)}>; "
-            f"found: {', '.join(kinds) or 'none'}.",
+            f"{urdf.file}: an object needs a collision shape, or several that are its parts, each a "
+            f"<{'>, <'.join(KINDS)}>; found: {', '.join(kinds) or 'none'}.",
             file=str(urdf.file),
         )
-    geometry = found[0]
-    link = body.frames[body.getFrameId(geometry.link, pin.FrameType.BODY)].placement
-    place = link * pin.SE3(geometry.rotation, geometry.position)
-    rotation, centre = place.rotation.copy(), place.translation.copy()
+    if len(found) > MOST_PARTS:
+        raise ModelError(
+            f"{urdf.file}: the object has {len(found)} collision shapes, and at most {MOST_PARTS} are parts of one "
+            "solid; put some together.",
+            file=str(urdf.file),
+        )
+    places = [_place(geometry, body) for geometry in found]
     if ellipsoid is not None:
-        return Ellipsoid(rotation, centre, ellipsoid)
+        if len(found) > 1:
+            raise ModelError(
+                f"{urdf.file}: object.ellipsoid stands in the place of one collision shape, and this object has "
+                f"{len(found)}; leave it out, or give the URDF one.",
+                file=str(urdf.file),
+            )
+        return Ellipsoid(*places[0], ellipsoid)
     try:
-        return _make(geometry, rotation, centre, hull)
+        if len(found) == 1:
+            return _make(found[0], *places[0], hull)
+        parts = [_part(geometry, *place, hull) for geometry, place in zip(found, places, strict=True)]
     except ModelError as error:
         raise ModelError(f"{urdf.file}: {error}", file=str(urdf.file)) from error
+    return Union.of(tuple(parts), tuple(f"part {k} ({kind})" for k, kind in enumerate(kinds, 1)))
+
+
+def _place(geometry: Geometry, body: pin.Model) -> tuple[Array, Array]:
+    """Axes and origin of a shape in the object frame."""
+    link = body.frames[body.getFrameId(geometry.link, pin.FrameType.BODY)].placement
+    place = link * pin.SE3(geometry.rotation, geometry.position)
+    return place.rotation.copy(), place.translation.copy()
+
+
+def _part(geometry: Geometry, rotation: Array, centre: Array, hull: bool) -> Part:
+    if geometry.kind == "box":
+        return Polyhedron.of_box(rotation, centre, 0.5 * geometry.size)
+    made = _make(geometry, rotation, centre, hull)
+    assert isinstance(made, Part)
+    return made
 
 
 def _make(geometry: Geometry, rotation: Array, centre: Array, hull: bool) -> Shape:
