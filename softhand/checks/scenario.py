@@ -23,6 +23,7 @@ from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
 from softhand.margins.growing import growing
 from softhand.model.shapes.shape import CurvedShape
+from softhand.model.shapes.union import Union
 from softhand.model.urdf.findings import Finding
 from softhand.model.urdf.joints import UNUSED
 from softhand.model.urdf.urdf import Urdf
@@ -254,7 +255,10 @@ def _of_loop(setup: Setup) -> Iterator[str]:
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     """What may touch what; nothing else meets."""
     slips = any(tip.can_slip for tip in plant.fingertips)
-    if isinstance(plant.world.shape, CurvedShape):
+    shape = plant.world.shape
+    if isinstance(shape, Union):
+        how = f"of {len(shape.parts)} parts, at the nearest as it is"
+    elif isinstance(shape, CurvedShape):
         how = "as it is"
     else:
         how = "as it is, with edges" if slips else "as an endless face"

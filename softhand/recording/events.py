@@ -46,11 +46,12 @@ class Event:
 
 
 KINDS = (
-    "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex", "torque limit",
-    "joint limit", "collision", "stopped",
+    "phase", "touch", "lift-off", "slip", "torsional slip", "slip ends", "edge", "vertex", "part", "two parts", "apex",
+    "torque limit", "joint limit", "collision", "stopped",
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
-presses rolls off a face; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
+presses rolls off a face; `part` is where it goes on on another part of the object, `two parts` where it would touch two
+of them, of which it is only the deeper one that it feels; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
 shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
@@ -156,10 +157,11 @@ def _edges(recording: Recording) -> Iterator[Event]:
     """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
     pressing = recording.deformation[:, :, 0] > 0.0
     for i, finger in enumerate(recording.labels["contact"]):
-        feature = np.where(pressing[:, i], recording.contact_feature[:, i], 0)
+        feature = np.where(pressing[:, i], recording.contact_feature[:, i] % 10, 0)
+        part = recording.contact_feature[:, i] // 10 % 100
         normal = recording.contact_rotation[:, i, :, 2]
         turned = np.sum(normal[1:] * normal[:-1], axis=1) < _OTHER_FACE
-        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1)) + 1
+        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1) & (part[1:] == part[:-1])) + 1
         for first, last in [*_spans(feature > 1, recording.time), *((int(k), int(k) - 1) for k in jumps)]:
             before, after = max(first - 1, 0), min(last + 1, len(recording) - 1)
             cosine = np.clip(_normal(recording, before, i) @ _normal(recording, after, i), -1.0, 1.0)
@@ -171,6 +173,23 @@ def _edges(recording: Recording) -> Iterator[Event]:
                 f"{_short(np.degrees(np.arccos(cosine)))} deg in {_short(duration)} ms, then {end}"
             )
             yield Event(_time(recording, first), kind, finger, figures)
+
+
+def _parts(recording: Recording) -> Iterator[Event]:
+    """A tip that presses goes from one part of the object to another, or reaches two."""
+    pressing = recording.deformation[:, :, 0] > 0.0
+    for i, finger in enumerate(recording.labels["contact"]):
+        feature = recording.contact_feature[:, i]
+        part = feature // 10 % 100
+        for k in np.flatnonzero((np.diff(part) != 0) & pressing[1:, i] & pressing[:-1, i]) + 1:
+            cosine = np.clip(_normal(recording, int(k) - 1, i) @ _normal(recording, int(k), i), -1.0, 1.0)
+            turn = _short(np.degrees(np.arccos(cosine)))
+            text = f"from part {part[k - 1]} of the object to part {part[k]}, the normal turns by {turn} deg"
+            yield Event(_time(recording, k), "part", finger, text)
+        for first, last in _spans((feature >= 1000) & pressing[:, i], recording.time):
+            duration = 1e3 * (recording.time[last] - recording.time[first])
+            text = f"reaches another part than part {part[first]}, and feels the deeper one alone, for {_short(duration)} ms"
+            yield Event(_time(recording, first), "two parts", finger, text)
 
 
 def _normal(recording: Recording, sample: int, contact: int) -> NDArray[np.float64]:
@@ -247,6 +266,7 @@ _FINDERS: tuple[tuple[Callable[[Recording], Iterator[Event]], tuple[str, ...]], 
     (_slips, ("is_slipping", "contact_force", "friction_use", "limit_surface_use", "slip_travel", "slip_twist",
               "slip_loss")),
     (_edges, ("contact_feature", "contact_rotation", "object_rpy", "deformation", "contact_force")),
+    (_parts, ("contact_feature", "contact_rotation", "object_rpy", "deformation")),
     (_apexes, ("contact_angles", "deformation")),
     (_torque_limits, ("torque_limited", "joint_torque")),
     (_joint_limits, ("joint_limited", "joint_position")),
