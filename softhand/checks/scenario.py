@@ -16,6 +16,7 @@ from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
 from softhand.checks.tip_axes import doubts_of_tip_axes
+from softhand.collision.loose_parts import doubts_of_parts
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
 from softhand.contact.pads import Ball
@@ -92,6 +93,7 @@ def check_scenario(scenario: Scenario) -> Checkup:
     warnings = [
         *_of_urdf(world.hand, warnings_of_hand(scenario, world.hand)),
         *_of_urdf(world.object, world.object.warnings),
+        *(f"{world.object.file}: {doubt}" for doubt in doubts_of_parts(world.shape)),
         *_of_start(setup, simulation, observation, frequency),
         *doubts_of_tip_axes(world, joints_of(world, simulation.state.q)),
         *colliding.warnings,

@@ -51,8 +51,8 @@ KINDS = (
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
 presses rolls off a face; `part` is where it goes on on another part of the object, `two parts` where it would touch two
-of them, of which it is only the deeper one that it feels; `joint limit` is a joint beyond its stop, which a run does not hold. `collision` needs
-shapes, so that `softhand.collisions` finds it, and not `find_events`."""
+of them, and feels the deeper one alone; `joint limit` is a joint beyond its stop, which a run does not hold.
+`collision` needs shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
 def find_events(recording: Recording) -> list[Event]:
@@ -188,7 +188,7 @@ def _parts(recording: Recording) -> Iterator[Event]:
             yield Event(_time(recording, k), "part", finger, text)
         for first, last in _spans((feature >= 1000) & pressing[:, i], recording.time):
             duration = 1e3 * (recording.time[last] - recording.time[first])
-            text = f"reaches another part than part {part[first]}, and feels the deeper one alone, for {_short(duration)} ms"
+            text = f"reaches a part beside part {part[first]}, feels the deeper one alone, for {_short(duration)} ms"
             yield Event(_time(recording, first), "two parts", finger, text)
 
 

@@ -46,7 +46,7 @@ def check_touches_alone(name: str, shape: Shape, point: Array, normal: Array, re
     if nearer > ON_SURFACE:
         raise GraspError(
             f"{name}: at the contact point {millimetres(point)} mm of the object frame the tip would reach "
-            f"{1e3 * nearer:.3g} mm deeper into {shape.names[shape.part_at(centre)]} of the object; move the point away "
-            "from there in grasp.contact_points.",
+            f"{1e3 * nearer:.3g} mm deeper into {shape.names[shape.part_at(centre)]} of the object; move the point "
+            "away from there in grasp.contact_points.",
             finger=name, quantity="contact point", value=nearer,
         )  # fmt: skip

@@ -47,7 +47,8 @@ def outline(part: Any) -> Array:
         return part.surface_points(_BALL)[0]
     angle = 2.0 * np.pi * np.arange(_TURNS) / _TURNS
     ring = np.column_stack([part.radius * np.cos(angle), part.radius * np.sin(angle), np.zeros(_TURNS)])
-    ends = np.concatenate([ring - [0.0, 0.0, part.half], ring + [0.0, 0.0, part.half]])
+    up = np.array([0.0, 0.0, part.half])
+    ends = np.concatenate([ring - up, ring + up])
     places: Array = part.in_object(ends, ends)[0]
     return places
 

@@ -13,9 +13,9 @@ A shape is data of the kernels and not part of them, as fingertip laws are: each
     16..18   K_go [1/m], symmetric: k11, k12, k22
     19..20   T_go [1/m]
 
-`nearest` fills 3 to 7, and may read at 8 the radius of the tip whose centre the point is [m]. `chart`, which curved shapes have, takes a point of the surface and its normal, 0 to 5, and
-fills the rest. With the x axis, y = z cross x and the rate of alpha_o they say how the point moves and the frame C_O
-turns,
+`nearest` fills 3 to 7, and may read at 8 the radius of the tip whose centre the point is [m]. `chart`, which curved
+shapes have, takes a point of the surface and its normal, 0 to 5, and fills the rest. With the x axis, y = z cross x and
+the rate of alpha_o they say how the point moves and the frame C_O turns,
 
     v = (M_go alpha_o', 0),   w = (E K_go M_go alpha_o', T_go M_go alpha_o')                                    (34)
 """

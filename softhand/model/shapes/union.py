@@ -104,13 +104,13 @@ class Union(CompiledShape):
         best, closest = 0, math.inf
         for k in range(int(data[OWN])):
             row = OWN + 1 + _ROW * k
-            call_part(int(data[row]), data, int(data[row + 2]), io)
+            call_part(int(data[row]), data, int(data[row + 2]), io)  # type: ignore[call-arg]
             if abs(io[6]) < closest:
                 best, closest = k, abs(io[6])
         io[3], io[4], io[5] = nx, ny, nz
         row = OWN + 1 + _ROW * best
         if data[row + 1] != 0.0:
-            call_part(int(data[row + 1]), data, int(data[row + 2]), io)
+            call_part(int(data[row + 1]), data, int(data[row + 2]), io)  # type: ignore[call-arg]
             return
         tx, ty, tz = -nz * nx, -nz * ny, 1.0 - nz * nz  # z of the object, or x where n is along z, across n
         if nz * nz > 0.5:
@@ -212,7 +212,7 @@ def _least(data, io):
         row = OWN + 1 + _ROW * k
         if _far(data, row, io) >= least:
             continue
-        call_part(int(data[row]), data, int(data[row + 2]), io)
+        call_part(int(data[row]), data, int(data[row + 2]), io)  # type: ignore[call-arg]
         if io[6] < least or (io[6] == least and io[7] < feature):  # over a seam a face, and not the edge of the other
             best, feature, least = k, int(io[7]), io[6]
             nx, ny, nz = io[3], io[4], io[5]
@@ -222,7 +222,7 @@ def _least(data, io):
 
 @compiled
 def _beside_seam(data, point, at_seam, io):
-    """The outer surface nearest to a point inside whose deepest part ends at a seam, sought along n of that to both sides.
+    """The outer surface nearest to a point whose deepest part ends at a seam, sought to both sides along its normal.
 
     Part, feature, signed distance and normal, as they are given of the seam and as they are returned. On a face that
     goes on over the seam the foot is found from a place that is farther from the seam than from that face.
@@ -265,7 +265,7 @@ def _is_outside(data, but, x, y, z, io):
         row = OWN + 1 + _ROW * k
         if k == but or _far(data, row, io) >= _SEAM:
             continue
-        call_part(int(data[row]), data, int(data[row + 2]), io)
+        call_part(int(data[row]), data, int(data[row + 2]), io)  # type: ignore[call-arg]
         if io[6] < 0.5 * _SEAM:
             return False
     return True
@@ -278,7 +278,7 @@ def _meets_another(data, best, distance, nx, ny, nz, radius, io):
         row = OWN + 1 + _ROW * k
         if k == best or _far(data, row, io) >= radius:
             continue
-        call_part(int(data[row]), data, int(data[row + 2]), io)
+        call_part(int(data[row]), data, int(data[row + 2]), io)  # type: ignore[call-arg]
         if io[6] < radius and distance - io[6] * (nx * io[3] + ny * io[4] + nz * io[5]) > _STANDS_OUT * radius:
             return True
     return False
