@@ -88,8 +88,8 @@ VARIABLES: dict[str, Variable] = {
     "contact_feature": Variable(
         _CONTACT,
         "1",
-        "1 over a face of the object, 2 over an edge, 3 over a vertex; of one of several parts 10 times its number more, "
-        "and 1000 more where the tip reaches another part as well",
+        "1 over a face of the object, 2 over an edge, 3 over a vertex; of one of several parts 10 times its number "
+        "more, and 1000 where the tip reaches another part as well",
         np.int16,
     ),
     "limit_surface_use": Variable(

@@ -46,6 +46,15 @@ class Covered(NamedTuple):
     """[m]"""
 
 
+class Off(NamedTuple):
+    """How far the surface of a mesh is from that of the parts it was cut into, at places all over it."""
+
+    inside: float
+    """How deep it lies in them at most: what is filled that should be hollow [m]."""
+    outside: float
+    """How far it lies outside of them at most [m]."""
+
+
 @dataclass(frozen=True, eq=False)
 class Union(CompiledShape):
     """The points that lie in at least one of some convex parts.
@@ -62,12 +71,14 @@ class Union(CompiledShape):
     """Each placed in the object frame."""
     names: tuple[str, ...]
     """What each is called."""
+    off: Off | None = None
+    """How far they are from the meshes that they were cut from; None if they are as the URDF has them."""
 
     @classmethod
-    def of(cls, parts: tuple[Part, ...], names: tuple[str, ...] | None = None) -> Union:
+    def of(cls, parts: tuple[Part, ...], names: tuple[str, ...] | None = None, off: Off | None = None) -> Union:
         """Of parts that are placed in the object frame."""
         called = tuple(f"part {k}" for k in range(1, len(parts) + 1)) if names is None else names
-        return cls(np.eye(3), np.zeros(3), parts, called)
+        return cls(np.eye(3), np.zeros(3), parts, called, off)
 
     def numbers(self) -> Array:
         """Count of parts; a row of each; the data of all."""
