@@ -173,8 +173,8 @@ def _of_cut(shape: Shape) -> Iterator[str]:
     off = None if not isinstance(shape, Union) or shape.off is None else max(shape.off)
     if off is not None and off > _FAR_OFF:
         yield (
-            f"object.decompose: the parts are up to {1e3 * off:.2g} mm off the mesh, and that is what the tips touch; lower "
-            "object.decompose_threshold."
+            f"object.decompose: the parts are up to {1e3 * off:.2g} mm off the mesh, and it is them that the tips "
+            "touch; lower object.decompose_threshold."
         )
 
 
@@ -272,13 +272,8 @@ def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     if isinstance(shape, Union):
         how = f"of {len(shape.parts)} parts, at the nearest as it is"
         if shape.off is not None:
-            yield (
-                "mesh of the object",
-                (
-                    f"its surface is at most {1e3 * shape.off.inside:.2g} mm inside and {1e3 * shape.off.outside:.2g} mm "
-                    "outside of its convex parts"
-                ),
-            )
+            inside, outside = (f"{1e3 * way:.2g} mm" for way in shape.off)
+            yield "mesh of the object", f"at most {inside} inside and {outside} outside of its convex parts"
     elif isinstance(shape, CurvedShape):
         how = "as it is"
     else:

@@ -41,7 +41,7 @@ def decompose(
         mesh: from `mesh_file.read_mesh`.
         rotation: axes of the mesh in the object frame, shape (3, 3).
         centre: its origin there [m], shape (3,).
-        threshold: concavity, 0.01 to 1, of the parts at which CoACD stops to cut; less gives more parts that fit better.
+        threshold: concavity at which CoACD stops to cut, 0.01 to 1; less gives more parts, that fit better.
 
     Raises:
         ModelError: the mesh is flat, open or inside out, or the parts are too many.
@@ -106,7 +106,7 @@ def _read(file: Path) -> list[Array] | None:
     """What `_write` wrote; None if it is not there, or damaged."""
     try:
         with np.load(file, allow_pickle=False) as kept:
-            found = [np.asarray(kept[f"part{k}"], dtype=float) for k in range(len(kept.files))]
+            found = [np.asarray(kept[f"arr_{k}"], dtype=float) for k in range(len(kept.files))]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     is_whole = all(part.ndim == 2 and part.shape[1] == 3 and np.isfinite(part).all() for part in found)
@@ -118,5 +118,5 @@ def _write(file: Path, parts: list[Array]) -> None:
     with suppress(OSError):
         handle, draft = tempfile.mkstemp(dir=file.parent, suffix=".npz")
         with os.fdopen(handle, "wb") as target:
-            np.savez_compressed(target, **{f"part{k}": part for k, part in enumerate(parts)})
+            np.savez_compressed(target, *parts)
         os.replace(draft, file)

@@ -96,8 +96,8 @@ def _check_convex(vertices: Array, triangles: Triangles, planes: Array, size: fl
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[worst])
         raise refused(
             name, f"is not convex: its surface at ({place}) mm lies {1e3 * depth[worst]:.3g} mm inside its convex hull",
-            "set object.decompose = true to cut it into convex parts, which needs the extra `decompose`, or object.hull = "
-            "true to take the hull",
+            "set object.decompose = true to cut it into convex parts, which takes the extra `decompose`, or "
+            "object.hull = true to take the hull",
         )  # fmt: skip
 
 

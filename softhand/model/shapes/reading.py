@@ -83,7 +83,8 @@ def _union(found: list[Geometry], places: list[tuple[Array, Array]], hull: bool,
     parts, names, off = list[Part](), list[str](), list[Off]()
     for k, (geometry, place) in enumerate(zip(found, places, strict=True), 1):
         if geometry.kind == "mesh" and cut is not None:
-            some, how_far = _cut_mesh(geometry, *place, cut)
+            cut_parts, how_far = _cut_mesh(geometry, *place, cut)
+            some: tuple[Part, ...] = cut_parts
             off.append(how_far)
         else:
             some = (_part(geometry, *place, hull),)
