@@ -268,7 +268,7 @@ def test_the_objects_that_ship_are_held(name: str, parts: int) -> None:
     assert np.max(np.abs(run.object_position[-1] - reference.object_position)) < 5e-5
     assert np.max(np.abs(run.object_rpy[-1] - reference.object_rpy)) < 1e-3
     left = np.linalg.norm(run.object_position - reference.object_position, axis=1)
-    assert left[-1] < 0.7 * left[-200]
+    assert left[-1] < 0.9 * left[-200]
     assert np.max(run.limit_surface_use) < 1.0
     met = set(np.unique(run.contact_feature).tolist())
     assert len(met) >= 2
@@ -336,7 +336,7 @@ def test_parts_that_do_not_touch_are_told(tmp_path: Path) -> None:
     file = object_urdf(tmp_path, placed(BOX), placed(BOX, "0.057 0 0"), placed(BALL, "0.057 0 0.03"))
     done = run_command("check", file, folder=tmp_path)
     assert done.returncode == 0
-    assert "part 2 (box), part 3 (sphere) of the object do not touch the other parts, by 1 mm" in done.stderr
+    assert "part 2 (box), part 3 (sphere) of the object do not touch the other parts, by 1 mm" in done.stdout
     assert "3 parts: 2 boxes, 1 sphere" in done.stdout
     for name in ("mug", "screwdriver", "bracket"):
         shape = ObjectModel.read(Path(__file__).parents[1] / "urdf" / f"{name}.urdf").build()[1]
