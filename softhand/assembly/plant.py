@@ -42,7 +42,8 @@ def read_hand(scenario: Scenario) -> HandModel:
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
     coupling = read_coupling(hand.coupling)
     mechanics, arm = read_mechanics(hand.joints), read_arm(hand.arm)
-    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling, mechanics, arm)
+    place, turned = (hand.position, hand.rpy), tuple((hand.mimic_signs or {}).items())
+    return HandModel.read(file, tips, *place, hand.effort_limit, *mended, coupling, mechanics, arm, turned)
 
 
 def read_mechanics(section: JointsSection | None) -> JointTable | None:

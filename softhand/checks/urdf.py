@@ -13,6 +13,7 @@ from softhand.model.shapes.reading import read_shape
 from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import examine
 from softhand.model.urdf.findings import Findings
+from softhand.model.urdf.mimic_signs import clashes, remedy
 from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
@@ -70,6 +71,9 @@ def check_urdf(file: Path) -> UrdfCheckup:
     if mimics:
         motors = [joint.name for joint in moving if joint.name not in mimics]
         rows.append(("motors", f"{len(motors)} by <mimic>: {', '.join(motors)}"))
+    clashing = clashes(urdf.tree)
+    if clashing:
+        warnings.append(f"{file}: {'; '.join(map(str, clashing))}; {remedy(clashing)}.")
     if moving:
         rows.append(("ends", ", ".join(urdf.ends)))
     if urdf.is_object:

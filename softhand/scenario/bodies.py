@@ -108,6 +108,8 @@ class HandSection(Settings):
     """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
     density: Positive | None = None
     """Density by which links that move without a mass get one from their shapes; refused if not given [kg/m^3]."""
+    mimic_signs: dict[str, Literal["limits", "multiplier"]] | None = None
+    """Of joints that follow by `<mimic>` to where their limits do not let them, which of the two has the wrong sign."""
 
     @property
     def names(self) -> tuple[str, ...]:
