@@ -236,7 +236,7 @@ def test_the_urdf_is_named_too(tmp_path: Path) -> None:
         text.replace('<mesh filename="meshes/prism.obj"/>', '<capsule radius="0.01" length="0.05"/>')
     )
     with pytest.raises(
-        ModelError, match="a collision shape, or several .* a <box>, <sphere>, <cylinder>, <mesh>; found: caps"
+        ModelError, match=r"a collision shape, or several .* a <box>, <sphere>, <cylinder>, <mesh>; found: caps"
     ):
         world_of(tmp_path / "my.urdf")
 
