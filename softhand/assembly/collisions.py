@@ -19,6 +19,9 @@ from softhand.collision.search import Search
 from softhand.collision.solids import Situation, read_cast
 from softhand.contact.supports import table_plane
 from softhand.errors import RecordingError, ScenarioError, SofthandError
+from softhand.model.body import ObjectModel
+from softhand.model.shapes.shape import Shape
+from softhand.model.shapes.union import parts_of
 from softhand.model.urdf.examination import Role
 from softhand.model.urdf.geometry import Purpose
 from softhand.model.urdf.urdf import Urdf
@@ -135,7 +138,14 @@ def _situation(scenario: Scenario, hand: Urdf, held: Urdf, radii: Sequence[float
         read_coupling(scenario.hand.coupling),
         scenario.fingertip.tips_touch,
         shapes,
+        _parts(scenario, held),
     )
+
+
+def _parts(scenario: Scenario, held: Urdf) -> tuple[Shape, ...]:
+    """The parts that a mesh of the object is cut into; none if it is taken as it is."""
+    cut = scenario.object.cut
+    return () if cut is None else parts_of(ObjectModel(held, cut=cut).build()[1])
 
 
 def _search(

@@ -38,7 +38,14 @@ def _known(setup: Setup) -> Any:
     radii = [tip.law.radius for tip in setup.fingertips]
     return (
         (asked.collision, asked.control_period, asked.hand, asked.table, asked.palm, asked.obstacle),
-        (asked.fingertip.tips_touch, asked.object.ellipsoid, radii, world.hand.text, world.object.text),
+        (
+            asked.fingertip.tips_touch,
+            asked.object.ellipsoid,
+            asked.object.cut,
+            radii,
+            world.hand.text,
+            world.object.text,
+        ),
     )
 
 

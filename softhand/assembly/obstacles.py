@@ -14,6 +14,7 @@ from softhand.model.shapes.mesh import as_polyhedron
 from softhand.model.shapes.mesh_file import Mesh
 from softhand.model.shapes.shape import Shape
 from softhand.model.shapes.sphere import Sphere
+from softhand.model.shapes.union import parts_of
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
@@ -48,9 +49,9 @@ def check_clear(sections: tuple[ObstacleSection, ...], world: World, q: Array) -
         return
     R = np.stack([np.eye(3), world.object_rotation(q)])
     p = np.stack([np.zeros(3), world.object_position(q)])
-    held = standing("object", world.shape, 1)
+    held = [standing("object", part, 1) for part in parts_of(world.shape)]
     for obstacle in read_obstacles(sections):
-        depth = -distance(standing(obstacle.name, obstacle.shape), held, R, p)
+        depth = -min(distance(standing(obstacle.name, obstacle.shape), part, R, p) for part in held)
         if depth > _DEEPEST:
             raise ScenarioError(
                 f"obstacle '{obstacle.name}': the object starts {1e3 * depth:.3g} mm deep in it; move object.position "

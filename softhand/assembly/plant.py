@@ -42,7 +42,8 @@ def read_hand(scenario: Scenario) -> HandModel:
     file, mended = resolve_path(hand.urdf), (hand.repair or "", hand.density)
     coupling = read_coupling(hand.coupling)
     mechanics, arm = read_mechanics(hand.joints), read_arm(hand.arm)
-    return HandModel.read(file, tips, hand.position, hand.rpy, hand.effort_limit, *mended, coupling, mechanics, arm)
+    place, turned = (hand.position, hand.rpy), tuple((hand.mimic_signs or {}).items())
+    return HandModel.read(file, tips, *place, hand.effort_limit, *mended, coupling, mechanics, arm, turned)
 
 
 def read_mechanics(section: JointsSection | None) -> JointTable | None:
@@ -78,7 +79,7 @@ def read_object(scenario: Scenario) -> ObjectModel:
     """The object of a scenario."""
     held = scenario.object
     file, mended = resolve_path(held.urdf), (held.repair or "", held.density)
-    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended)
+    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended, held.cut)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:

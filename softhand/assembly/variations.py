@@ -18,7 +18,7 @@ from softhand.scenario.scenario import Scenario
 from softhand.start.grasp import Grasp
 from softhand.steppers.stepper import check_friction
 
-_OF_BODY = ("urdf", "ellipsoid", "hull")
+_OF_BODY = ("urdf", "ellipsoid", "hull", "decompose", "decompose_threshold")
 _OF_START = {"gravity", "object", "fingertip", "grasp", "table", "palm", "obstacle"}
 
 

@@ -16,13 +16,15 @@ from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.target import doubts_of_target
 from softhand.assembly.unread import unread
 from softhand.checks.tip_axes import doubts_of_tip_axes
+from softhand.collision.loose_parts import doubts_of_parts
 from softhand.collision.record import Collisions
 from softhand.collision.told import told
 from softhand.contact.pads import Ball
 from softhand.contact.supports import depth_in_table, table_plane
 from softhand.dampings.damping import Damping
 from softhand.margins.growing import growing
-from softhand.model.shapes.shape import CurvedShape
+from softhand.model.shapes.shape import CurvedShape, Shape
+from softhand.model.shapes.union import Union
 from softhand.model.urdf.findings import Finding
 from softhand.model.urdf.joints import UNUSED
 from softhand.model.urdf.urdf import Urdf
@@ -42,6 +44,7 @@ from softhand.simulation.simulation import Simulation
 _NEAR = 0.9  # of a limit
 _APEX_NEAR = math.radians(80.0)
 _DEEP_IN_TABLE = 5e-4  # [m]
+_FAR_OFF = 1e-3  # [m]
 _JOINT_NEAR = math.radians(1.0)
 
 
@@ -91,6 +94,8 @@ def check_scenario(scenario: Scenario) -> Checkup:
     warnings = [
         *_of_urdf(world.hand, warnings_of_hand(scenario, world.hand)),
         *_of_urdf(world.object, world.object.warnings),
+        *(f"{world.object.file}: {doubt}" for doubt in doubts_of_parts(world.shape)),
+        *_of_cut(world.shape),
         *_of_start(setup, simulation, observation, frequency),
         *doubts_of_tip_axes(world, joints_of(world, simulation.state.q)),
         *colliding.warnings,
@@ -162,6 +167,15 @@ def warnings_of_hand(scenario: Scenario, urdf: Urdf) -> list[Finding]:
 
 def _of_urdf(urdf: Urdf, warnings: Iterable[Finding]) -> list[str]:
     return [f"{urdf.file}, {finding}" for finding in warnings]
+
+
+def _of_cut(shape: Shape) -> Iterator[str]:
+    off = None if not isinstance(shape, Union) or shape.off is None else max(shape.off)
+    if off is not None and off > _FAR_OFF:
+        yield (
+            f"object.decompose: the parts are up to {1e3 * off:.2g} mm off the mesh, and it is them that the tips "
+            "touch; lower object.decompose_threshold."
+        )
 
 
 def _of_tips(observation: Observation, plant: Plant) -> Iterator[str]:
@@ -254,7 +268,13 @@ def _of_loop(setup: Setup) -> Iterator[str]:
 def _touch_rows(plant: Plant) -> Iterator[tuple[str, str]]:
     """What may touch what; nothing else meets."""
     slips = any(tip.can_slip for tip in plant.fingertips)
-    if isinstance(plant.world.shape, CurvedShape):
+    shape = plant.world.shape
+    if isinstance(shape, Union):
+        how = f"of {len(shape.parts)} parts, at the nearest as it is"
+        if shape.off is not None:
+            inside, outside = (f"{1e3 * way:.2g} mm" for way in shape.off)
+            yield "mesh of the object", f"at most {inside} inside and {outside} outside of its convex parts"
+    elif isinstance(shape, CurvedShape):
         how = "as it is"
     else:
         how = "as it is, with edges" if slips else "as an endless face"

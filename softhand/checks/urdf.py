@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import pinocchio as pin
-
+from softhand.collision.loose_parts import doubts_of_parts
 from softhand.errors import ModelError
 from softhand.model.shapes.reading import read_shape
 from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import examine
 from softhand.model.urdf.findings import Findings
+from softhand.model.urdf.mimic_signs import clashes, remedy
 from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.urdf import Urdf
@@ -70,16 +71,27 @@ def check_urdf(file: Path) -> UrdfCheckup:
     if mimics:
         motors = [joint.name for joint in moving if joint.name not in mimics]
         rows.append(("motors", f"{len(motors)} by <mimic>: {', '.join(motors)}"))
+    clashing = clashes(urdf.tree)
+    if clashing:
+        warnings.append(f"{file}: {'; '.join(map(str, clashing))}; {remedy(clashing)}.")
     if moving:
         rows.append(("ends", ", ".join(urdf.ends)))
-    return UrdfCheckup(rows, errors, [*warnings, *_doubts_of_shape(urdf, model)], findings)
+    if urdf.is_object:
+        try:
+            shape = read_shape(urdf, model)
+        except ModelError as error:  # why the tips cannot touch it as it is, and what to do
+            warnings.append(str(error))
+        else:
+            rows.append(("shape", _in_words([geometry.kind for geometry in urdf.geometries("collision")])))
+            warnings += [f"{file}: {one}" for one in doubts_of_parts(shape)]
+    return UrdfCheckup(rows, errors, warnings, findings)
 
 
-def _doubts_of_shape(urdf: Urdf, body: pin.Model) -> list[str]:
-    """Why the tips cannot touch an object as it is, and what to do; nothing for a hand."""
-    try:
-        if urdf.is_object:
-            read_shape(urdf, body)
-    except ModelError as error:
-        return [str(error)]
-    return []
+def _in_words(kinds: list[str]) -> str:
+    """Such as `4 parts: 3 cylinders, 1 sphere`."""
+    if len(kinds) == 1:
+        return kinds[0]
+    endings = {"box": "es", "mesh": "es"}
+    counts = Counter(kinds).items()
+    told = ", ".join(f"{count} {kind}{endings.get(kind, 's') if count > 1 else ''}" for kind, count in counts)
+    return f"{len(kinds)} parts: {told}"

@@ -39,6 +39,7 @@ class Situation:
         coupling: of the joints, beside the URDF.
         tips_touch: whether the contact model lets tips meet each other.
         shapes: of the hand that count.
+        parts: of the object, where they are others than its URDF has; a mesh that was cut, say.
     """
 
     hand: Urdf
@@ -51,6 +52,7 @@ class Situation:
     coupling: CouplingTable | None = None
     tips_touch: bool = False
     shapes: Purpose = "collision"
+    parts: Sequence[Shape] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,6 +253,8 @@ def _meets(solid: Solid, ball: SoftBall) -> bool:
 
 
 def _object_solids(situation: Situation, body: int) -> list[Solid]:
+    if situation.parts:
+        return [standing(OBJECT, part, body) for part in situation.parts]
     held = situation.held
     placed, _ = _placed(held, build_model(held), "collision")
     if not placed:

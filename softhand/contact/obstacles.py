@@ -11,10 +11,12 @@ from softhand.contact.pads import Support
 from softhand.contact.supports import WORLD, spring
 from softhand.dampings.kelvin_voigt import KelvinVoigt
 from softhand.errors import ModelError
-from softhand.model.shapes.edges import Edge, edges_of
+from softhand.model.shapes.edges import Edge
 from softhand.model.shapes.foot import Foot
 from softhand.model.shapes.shape import CurvedShape, Shape
 from softhand.model.shapes.sphere import Sphere
+from softhand.model.shapes.standing_out import edges_that_stand_out, feet_that_stand_out
+from softhand.model.shapes.union import parts_of
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
@@ -48,6 +50,9 @@ def object_on_obstacle(world: World, obstacle: Obstacle) -> list[Support]:
     the obstacle, two pads each with half of the stiffness. Of a polyhedron and a round body: its corners and its edges
     in that body, and the rims of that body in each of its sides. A ball is one place.
 
+    Of an object of several parts: its corners and edges where it is convex, in the obstacle; the corners and balls of
+    the obstacle in the whole of it; the edges and rims of the obstacle in each of its parts.
+
     The force is that on the base: on the obstacle of what is named `NAME corner 3`, on the object of `NAME's corner 3`.
 
     Raises:
@@ -55,14 +60,16 @@ def object_on_obstacle(world: World, obstacle: Obstacle) -> list[Support]:
     """
     ours, theirs = world.shape, obstacle.shape
     body, fixed = (world.object_joint, ours), (WORLD, theirs)
+    is_round = [isinstance(part, CurvedShape) for part in parts_of(ours)]
     if isinstance(theirs, Sphere):
         found = list(_of_feet(obstacle, f"{obstacle.name}'s", fixed, body))
     elif isinstance(ours, Sphere):
         found = list(_of_feet(obstacle, obstacle.name, body, fixed))
-    elif isinstance(ours, CurvedShape) and isinstance(theirs, CurvedShape):
+    elif any(is_round) and isinstance(theirs, CurvedShape):
+        round_part = parts_of(ours)[is_round.index(True)]
         raise ModelError(
             f"obstacle '{obstacle.name}': a {type(theirs).__name__.lower()} and an object that is round as well, a "
-            f"{type(ours).__name__.lower()}, cannot meet; make the obstacle a box or a polyhedron.",
+            f"{type(round_part).__name__.lower()}, cannot meet; make the obstacle a box or a polyhedron.",
             file="",
         )
     else:
@@ -71,8 +78,9 @@ def object_on_obstacle(world: World, obstacle: Obstacle) -> list[Support]:
             *_of_feet(obstacle, f"{obstacle.name}'s", fixed, body),
             *_of_edges(obstacle, obstacle.name, body, fixed),
         ]
-        if isinstance(ours, CurvedShape):
-            found += _of_edges(obstacle, f"{obstacle.name}'s", fixed, body)
+        for part, is_curved in zip(parts_of(ours), is_round, strict=True):
+            if is_curved:
+                found += _of_edges(obstacle, f"{obstacle.name}'s", fixed, (world.object_joint, part))
     if len(found) > _MOST:
         raise ModelError(
             f"obstacle '{obstacle.name}': {len(found)} corners and edges may touch, and at most {_MOST} are followed; "
@@ -88,19 +96,20 @@ Body = tuple[int, Shape]
 
 def _of_feet(obstacle: Obstacle, name: str, one: Body, other: Body) -> Iterator[Support]:
     """The feet of one body in the other: points and balls in it as it is, ellipsoids in each of its sides."""
-    for foot in one[1].feet():
+    sides = [(part, face) for part in parts_of(other[1]) for face in part.faces()]
+    for foot in feet_that_stand_out(one[1]):
         if foot.semi_axes is None:
             yield _support(obstacle, f"{name} {foot.name}", foot, one[0], other)
             continue
-        for k, face in enumerate(other[1].faces(), 1):
-            met = _support(obstacle, f"{name} {foot.name} on side {k}", foot, one[0], other)
+        for k, (part, face) in enumerate(sides, 1):
+            met = _support(obstacle, f"{name} {foot.name} on side {k}", foot, one[0], (other[0], part))
             yield replace(met, side=face)
 
 
 def _of_edges(obstacle: Obstacle, name: str, one: Body, other: Body) -> Iterator[Support]:
     """The edges of one body in the other."""
     is_round = isinstance(other[1], CurvedShape)
-    for k, edge in enumerate(edges_of(one[1]), 1):
+    for k, edge in enumerate(edges_that_stand_out(one[1]), 1):
         foot = Foot("", edge.middle, rotation=_axes(edge), share=1.0 if is_round else 0.5)
         for end, way in (("", 0),) if is_round else ((" a", -1), (" b", 1)):
             met = _support(obstacle, f"{name} edge {k}{end}", foot, one[0], other)

@@ -34,6 +34,7 @@ from softhand.laws.law import LEADING, CompiledLaw, Law
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.face import Face
 from softhand.model.shapes.shape import CompiledShape, Shape
+from softhand.model.shapes.union import Union
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
 
@@ -240,7 +241,7 @@ def _set_face(pad: np.void, face: Face) -> None:
 
 
 def _set_solid(pad: np.void, shape: Shape, as_it_is: bool = True) -> None:
-    pad["shape"] = SOLID if as_it_is else PLANE
+    pad["shape"] = SOLID if as_it_is or isinstance(shape, Union) else PLANE
     if isinstance(shape, CompiledShape):
         pad["nearest_function"], pad["chart_function"] = shape.nearest_function, shape.chart_function
         pad["shape_data"] = shape.data.ctypes.data

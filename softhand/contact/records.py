@@ -80,7 +80,7 @@ CONTACT = np.dtype(
         ("point", np.float64, 3),  # contact point in the world [m]
         ("tip", np.float64, 3),  # origin of F in the world, or the point of an ellipsoid that lies deepest [m]
         ("normal", np.float64, 3),  # outward normal of the object at the contact, in the object frame
-        ("feature", np.int64),  # where on the object: 1 a face or curved surface, 2 an edge, 3 a vertex
+        ("feature", np.int64),  # where on the object: 1 a face or curved surface, 2 an edge, 3 a vertex; see `union`
         ("near", np.float64, RESULTS),  # what the function of the shape is asked and answers; scratch
         ("friction", np.float64),  # coefficient mu there, kinetic
         ("static_friction", np.float64),  # until slip begins

@@ -45,6 +45,7 @@ def _meet_shape(pad, object_pose, contact):
         near[k] = 0.0
         for row in range(3):
             near[k] += object_pose[3 * k + row] * (contact.tip[row] - object_pose[9 + row])
+    near[8] = pad.radius
     call(pad.nearest_function, pad.shape_data, near)  # type: ignore[call-arg]
     for k in range(3):
         contact.normal[k] = near[3 + k]

@@ -19,7 +19,9 @@ from softhand.contact.scaled import displacement_of, material_force, normal_stif
 from softhand.contact.slip import Trial, _force, _newton_step, _return, slip_velocity
 from softhand.errors import ScenarioError
 from softhand.laws.law import LEADING, Law
+from softhand.model.shapes.part_call import call_part
 from softhand.model.shapes.shape import CompiledShape
+from softhand.model.shapes.union import Union
 from softhand.numerics.addressed import addressed
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
@@ -114,10 +116,11 @@ def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
 
     shape = plant.world.shape
     entries: dict[int, Any] = {}
-    if isinstance(shape, CompiledShape):
-        entries[shape.nearest_function] = type(shape).nearest_entry
-        if shape.chart_function:
-            entries[shape.chart_function] = type(shape).chart_entry  # type: ignore[attr-defined]
+    for one in (shape, *(shape.parts if isinstance(shape, Union) else ())):
+        if isinstance(one, CompiledShape):
+            entries[one.nearest_function] = type(one).nearest_entry
+            if one.chart_function:
+                entries[one.chart_function] = type(one).chart_entry  # type: ignore[attr-defined]
 
     def answers(followed: Followed, address: Any, arguments: Any, results: Any) -> None:
         if int(address) in entries:
@@ -131,13 +134,16 @@ def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
         for k, value in enumerate(values):
             results[k] = value
 
+    def answers_part(followed: Followed, address: Any, data: Any, first: Any, io: Any) -> None:
+        followed.on_symbols(entries[int(address)])(data[int(first) :], io)
+
     def returns(followed: Followed, pad: Any, contact: Any, trial: Any) -> Any:
         return _returned(followed, _solver_of(followed, plant, solvers, contact), pad, contact, trial)
 
     def slides(followed: Followed, contact: Any, room: Any) -> Any:
         return _slid(followed, _solver_of(followed, plant, solvers, contact), contact, room)
 
-    return {call: answers, _return: returns, slip_velocity: slides}
+    return {call: answers, call_part: answers_part, _return: returns, slip_velocity: slides}
 
 
 def _forces(followed: Followed, law: Law, x: list[Any]) -> Any:

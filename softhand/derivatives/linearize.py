@@ -26,6 +26,7 @@ from softhand.derivatives.period import MOVED, SLIPS, TOUCHES
 from softhand.derivatives.period_tangent import PeriodTangent
 from softhand.derivatives.situation import Situation, find_situation
 from softhand.derivatives.states import Entries, input_entries, state_entries
+from softhand.derivatives.switches import surface_name
 from softhand.derivatives.tangent import NoTangentError
 from softhand.derivatives.varied import Varied
 from softhand.errors import ScenarioError, ScenarioWarning, SimulationStopped
@@ -292,7 +293,7 @@ class Work:
             if bits & (SLIPS | MOVED):
                 self.switches.append(Switch(name, "slip", "slips" if slips else "sticks"))
             if bits >= 2 * MOVED:
-                self.switches.append(Switch(name, "surface", _FEATURES[int(here[0]) // (2 * MOVED)]))
+                self.switches.append(Switch(name, "surface", surface_name(int(here[0]) // (2 * MOVED))))
         return found
 
     def _rows(self) -> list[tuple[str, str, str]]:
@@ -378,9 +379,6 @@ class Work:
             K=K,
             states=(*self.states.names, *(f"memory {k + 1}" for k in places)),
         )
-
-
-_FEATURES = ("none", "face", "edge", "vertex")
 
 
 def _told(chosen: list[Parameter | str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -8,7 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.model.shapes.union import PART, TWO_PARTS
+
 _FEATURES = {0: "none", 1: "face", 2: "edge", 3: "vertex"}
+
+
+def surface_name(feature: int) -> str:
+    """What is touched, in words: a face, an edge or a vertex, and of which part of the object."""
+    word, part = _FEATURES.get(feature % PART, str(feature)), feature % TWO_PARTS // PART
+    return f"{word} of part {part}" if part else word
 
 
 class Crossing(NamedTuple):
@@ -48,7 +56,7 @@ def crossings(
         if (before ^ after) & 2 and (before & after & 1 or after & 2):
             found.append(Crossing(time, contacts[i], "slip", "slips" if after & 2 else "sticks"))
         if before & after & 1 and before // 4 != after // 4:
-            found.append(Crossing(time, contacts[i], "surface", _FEATURES.get(after // 4, str(after // 4))))
+            found.append(Crossing(time, contacts[i], "surface", surface_name(after // 4)))
     for k, i in zip(*np.nonzero(np.diff(limits, axis=0)), strict=True):
         to = {-1: "at its lower limit", 0: "within", 1: "at its upper limit"}[int(limits[k + 1, i])]
         found.append(Crossing(round(float((k + 1) * period), 12), joints[i], "effort limit", to))

@@ -19,16 +19,18 @@ class ObjectModel:
     """One rigid body that can be held.
 
     Attributes:
-        urdf: its links, and one collision shape.
+        urdf: its links, and its collision shapes, the parts of one solid.
         mass: in place of that of the URDF, whose inertia is scaled alike [kg].
         ellipsoid: semi-axes of an ellipsoid in the place of the collision shape [m].
         hull: take the convex hull of a mesh.
+        cut: threshold by which meshes are cut into convex parts; None: those that are not convex are refused.
     """
 
     urdf: Urdf
     mass: float | None = None
     ellipsoid: Vector3 | None = None
     hull: bool = False
+    cut: float | None = None
 
     @classmethod
     def read(
@@ -39,6 +41,7 @@ class ObjectModel:
         hull: bool = False,
         repair: str = "",
         density: float | None = None,
+        cut: float | None = None,
     ) -> ObjectModel:
         """Read an object; see the class, and `repair` and `density` of `HandModel.read`.
 
@@ -46,7 +49,7 @@ class ObjectModel:
             ModelError: the file cannot be used.
         """
         role = replace(OBJECT, shape_counts=ellipsoid is None, repair=repair, density=density)
-        return cls(Urdf.read(file, role), mass, ellipsoid, hull)
+        return cls(Urdf.read(file, role), mass, ellipsoid, hull, cut)
 
     def build(self) -> tuple[pin.Model, Shape]:
         """Its Pinocchio model, one free-flyer joint, and its shape in the frame of that joint.
@@ -69,7 +72,7 @@ class ObjectModel:
         Raises:
             ModelError: it has none that can be held.
         """
-        return read_shape(self.urdf, model, self.ellipsoid, self.hull)
+        return read_shape(self.urdf, model, self.ellipsoid, self.hull, self.cut)
 
 
 def set_mass(model: pin.Model, mass: float) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from softhand.errors import ScenarioError
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
+from softhand.model.urdf.mimic_signs import Clash, clashes, remedy
 from softhand.model.urdf.mimics import Mimic, read_mimics
 from softhand.model.urdf.urdf import Urdf
 from softhand.numerics.arrays import Array
@@ -159,7 +160,7 @@ def read_coupling(
         np.array(kinds, dtype=np.int64),
         np.array([all(slides[S[:, m] != 0.0]) for m in range(len(motors))]),
         _efforts(hand, model, motors, table, effort_limit),
-        _limits(motors, S, offset, joint_limits, table),
+        _limits(motors, S, offset, joint_limits, table, clashes(hand.tree)),
         joint_limits,
         said,
     )
@@ -280,7 +281,9 @@ def _efforts(
     return np.array(found)
 
 
-def _limits(motors: Sequence[str], S: Array, offset: Array, joint_limits: Array, table: CouplingTable) -> Array:
+def _limits(
+    motors: Sequence[str], S: Array, offset: Array, joint_limits: Array, table: CouplingTable, clashing: list[Clash]
+) -> Array:
     """The tightest limits of each motor, shape (2, motors)."""
     limits = np.array([np.full(len(motors), -np.inf), np.full(len(motors), np.inf)])
     for m, motor in enumerate(motors):
@@ -299,6 +302,12 @@ def _limits(motors: Sequence[str], S: Array, offset: Array, joint_limits: Array,
         limits = _spanned(S, offset, joint_limits, limits)
     for m, motor in enumerate(motors):
         if not limits[0, m] < limits[1, m]:
+            if clashing:
+                raise ScenarioError(
+                    f"{KEY}: the limits of its joints leave the motor '{clashing[0].mimic.leader}' no range: "
+                    f"{'; '.join(map(str, clashing))}; {remedy(clashing)}.",
+                    key="hand.mimic_signs", value=motor,
+                )  # fmt: skip
             raise ScenarioError(
                 f"{KEY}: the limits of its joints leave the motor '{motor}' no range: it would have to be above "
                 f"{limits[0, m]:.6g} and below {limits[1, m]:.6g}; mend the limits, ratios or offsets of its joints.",

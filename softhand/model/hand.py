@@ -51,6 +51,7 @@ class HandModel:
         coupling: CouplingTable | None = None,
         mechanics: JointTable | None = None,
         arm: ArmPlace | None = None,
+        turned: tuple[tuple[str, str], ...] = (),
     ) -> HandModel:
         """Read a hand and put it into the world.
 
@@ -65,12 +66,13 @@ class HandModel:
             coupling: as above.
             mechanics: as above.
             arm: that carries it; none for a hand that is fixed to the world.
+            turned: joints that follow by `<mimic>` and have the wrong sign, see `mimic_signs.turned`.
 
         Raises:
             ModelError: the file cannot be used, or a tip has no link to sit on.
         """
         counts = effort_limit is None and coupling is None
-        bare = Urdf.read(file, replace(HAND, effort_counts=counts, repair=repair, density=density))
+        bare = Urdf.read(file, replace(HAND, effort_counts=counts, repair=repair, density=density, turned=turned))
         places = [
             replace(t, position=_numbers(t.position), rpy=_numbers(t.rpy)) for t in tips if not isinstance(t, str)
         ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib import rc_context
@@ -16,7 +17,7 @@ from matplotlib.patches import Patch
 from softhand.closed_loop.grasp_stiffness import GraspStiffness
 from softhand.grasping.quality import GraspQuality
 from softhand.plots.grasp_fingers import FORCE, ForceScale, Touch, draw_finger, draw_touch
-from softhand.plots.grasp_object import Hull, draw_object, hull_of
+from softhand.plots.grasp_object import Hull, draw_object, hulls_of
 from softhand.plots.grasp_stiffness import draw_ellipsoids, handles
 from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
 from softhand.plots.style import STYLE, WARNING, finger_color
@@ -51,15 +52,15 @@ def draw_grasp(quality: GraspQuality, title: str, stiffness: GraspStiffness | No
         grid = figure.add_gridspec(2, 2, width_ratios=(1.75, 1.0), left=0.012, right=0.985, top=top, bottom=0.085,
                                    wspace=0.16, hspace=0.30)  # fmt: skip
         oblique = figure.add_subplot(grid[:, 0])
-        hull, view = hull_of(quality.shape), _view(quality, *_OBLIQUE)
-        _draw(oblique, quality, hull, view)
+        hulls, view = hulls_of(quality.shape), _view(quality, *_OBLIQUE)
+        _draw(oblique, quality, hulls, view)
         _draw_giving(oblique, quality, stiffness, view)
         _draw_compass(oblique, view)
         _write_figures(oblique, quality)
         front, above = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         for axes, name, elevation in ((front, "from the front", 0.0), (above, "from above", 90.0)):
             view = _view(quality, -90.0, elevation)
-            _draw(axes, quality, hull, view)
+            _draw(axes, quality, hulls, view)
             _draw_giving(axes, quality, stiffness, view)
             axes.set_title(name, loc="left")
             name_axis(axes.xaxis, view.right, "to the right")
@@ -84,9 +85,9 @@ def _view(quality: GraspQuality, azimuth: float, elevation: float) -> View:
     return view_from(azimuth, elevation, quality.weight, 1e3 * quality.centre_of_mass)
 
 
-def _draw(axes: Axes, quality: GraspQuality, hull: Hull, view: View) -> None:
+def _draw(axes: Axes, quality: GraspQuality, hulls: Sequence[Hull], view: View) -> None:
     """All of the grasp, from one side."""
-    draw_object(axes, view, hull, quality.position, quality.rotation)
+    draw_object(axes, view, hulls, quality.position, quality.rotation)
     scale, contacts = _force_scale(quality), quality.contacts
     for i, (finger, line) in enumerate(zip(quality.fingers, quality.fingers_at, strict=True)):
         color, point = finger_color(i), 1e3 * quality.points[i]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from softhand.model.shapes.shape import Shape
+from softhand.model.shapes.union import parts_of
 from softhand.numerics.arrays import Array
 from softhand.plots.style import OBJECT
 from softhand.plots.view import View
@@ -38,16 +40,21 @@ class Hull(NamedTuple):
     edges: list[_Edge]
 
 
-def draw_object(axes: Axes, view: View, hull: Hull, position: Array, rotation: Array) -> None:
+def draw_object(axes: Axes, view: View, hulls: Sequence[Hull], position: Array, rotation: Array) -> None:
     """Its outline filled, plane faces that face the eye shaded, their edges, and the hidden edges thinner.
 
     Args:
         axes: where to.
         view: from where.
-        hull: of the object, see `hull_of`.
+        hulls: of the parts of the object, see `hulls_of`.
         position: of the object frame in the world [m].
         rotation: from the object frame to the world.
     """
+    for hull in hulls:
+        _draw_part(axes, view, hull, position, rotation)
+
+
+def _draw_part(axes: Axes, view: View, hull: Hull, position: Array, rotation: Array) -> None:
     world = 1e3 * (position + hull.corners @ rotation.T)
     _fill(axes, view.flat(world), 0.16)
     for normal, members in _plane_faces(hull):
@@ -75,7 +82,12 @@ def _draw_edge(axes: Axes, ends: Array, is_in_front: bool) -> None:
         axes.plot(*ends.T, color=_EDGE, lw=0.6, alpha=0.45, ls=(0, (3, 2)), zorder=4.9)
 
 
-def hull_of(shape: Shape) -> Hull:
+def hulls_of(shape: Shape) -> list[Hull]:
+    """Of each convex part of a shape."""
+    return [_hull_of(part) for part in parts_of(shape)]
+
+
+def _hull_of(shape: Shape) -> Hull:
     """The hull of the surface points nearest to points far away, so that sharp corners are among them."""
     from scipy.spatial import ConvexHull
 

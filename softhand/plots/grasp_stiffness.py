@@ -16,7 +16,7 @@ from softhand.assembly.resolve import resolve
 from softhand.closed_loop.grasp_stiffness import GraspStiffness
 from softhand.numerics.arrays import Array
 from softhand.numerics.spatial import rotation_of
-from softhand.plots.grasp_object import draw_object, hull_of
+from softhand.plots.grasp_object import draw_object, hulls_of
 from softhand.plots.panels import draw_legend, draw_title, from_top, new_figure
 from softhand.plots.style import STYLE, finger_color
 from softhand.plots.view import View, draw_arrow, name_axis, view_from
@@ -103,7 +103,7 @@ def draw_stiffness(recording: Recording, found: GraspStiffness, title: str) -> F
     k = int(np.argmin(np.abs(recording.time - found.time)))
     rotation = rotation_of(recording.object_rpy[k])
     world = resolve(recorded_scenario(recording)).world
-    hull, gravity = hull_of(world.shape), world.gravity
+    hulls, gravity = hulls_of(world.shape), world.gravity
     force = np.einsum("kij,kj->ki", recording.contact_rotation[k], recording.contact_force[k, :, :3])
     size = 1e3 * found.length
     scale = 0.75 * size / max(float(np.max(np.linalg.norm(force, axis=1))), 1e-9)
@@ -115,7 +115,7 @@ def draw_stiffness(recording: Recording, found: GraspStiffness, title: str) -> F
         for column, (name, azimuth, elevation) in enumerate(_SIDES):
             axes = figure.add_subplot(grid[0, column])
             view = view_from(azimuth, elevation, gravity, 1e3 * found.position)
-            draw_object(axes, view, hull, found.position, rotation)
+            draw_object(axes, view, hulls, found.position, rotation)
             for i, (point, push) in enumerate(zip(1e3 * recording.contact_point[k], force, strict=True)):
                 draw_arrow(axes, view.flat(point), view.flat(point + scale * push), "0.12")
                 axes.plot(*view.flat(point), "o", color=finger_color(i), ms=5.0, zorder=11.5)

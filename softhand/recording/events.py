@@ -47,13 +47,14 @@ class Event:
 
 
 KINDS = (
-    "phase", "touch", "lift-off", "incipient slip", "slip", "torsional slip", "slip ends", "edge", "vertex", "apex",
-    "torque limit", "joint limit", "collision", "stopped",
+    "phase", "touch", "lift-off", "incipient slip", "slip", "torsional slip", "slip ends", "edge", "vertex", "part",
+    "two parts", "apex", "torque limit", "joint limit", "collision", "stopped",
 )  # fmt: skip
 """`torsional slip` is slip where torsion takes the larger share of the limit; `edge` and `vertex` are where a tip that
-presses rolls off a face; `incipient slip` is where half of a contact that holds begins to slip, in a recording that
-`softhand.incipient_slip` went through; `joint limit` is a joint beyond its stop, which a run does not hold. `collision`
-needs shapes, so that `softhand.collisions` finds it, and not `find_events`."""
+presses rolls off a face; `part` is where it goes on on another part of the object, `two parts` where it would touch two
+of them, and feels the deeper one alone; `incipient slip` is where half of a contact that holds begins to slip, in a
+recording that `softhand.incipient_slip` went through; `joint limit` is a joint beyond its stop, which a run does not
+hold. `collision` needs shapes, so that `softhand.collisions` finds it, and not `find_events`."""
 
 
 def find_events(recording: Recording) -> list[Event]:
@@ -171,10 +172,11 @@ def _edges(recording: Recording) -> Iterator[Event]:
     """A tip that presses leaves the face for an edge or a vertex, or gets over it between two samples."""
     pressing = recording.deformation[:, :, 0] > 0.0
     for i, finger in enumerate(recording.labels["contact"]):
-        feature = np.where(pressing[:, i], recording.contact_feature[:, i], 0)
+        feature = np.where(pressing[:, i], recording.contact_feature[:, i] % 10, 0)
+        part = recording.contact_feature[:, i] // 10 % 100
         normal = recording.contact_rotation[:, i, :, 2]
         turned = np.sum(normal[1:] * normal[:-1], axis=1) < _OTHER_FACE
-        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1)) + 1
+        jumps = np.flatnonzero(turned & (feature[1:] == 1) & (feature[:-1] == 1) & (part[1:] == part[:-1])) + 1
         for first, last in [*_spans(feature > 1, recording.time), *((int(k), int(k) - 1) for k in jumps)]:
             before, after = max(first - 1, 0), min(last + 1, len(recording) - 1)
             cosine = np.clip(_normal(recording, before, i) @ _normal(recording, after, i), -1.0, 1.0)
@@ -186,6 +188,23 @@ def _edges(recording: Recording) -> Iterator[Event]:
                 f"{_short(np.degrees(np.arccos(cosine)))} deg in {_short(duration)} ms, then {end}"
             )
             yield Event(_time(recording, first), kind, finger, figures)
+
+
+def _parts(recording: Recording) -> Iterator[Event]:
+    """A tip that presses goes from one part of the object to another, or reaches two."""
+    pressing = recording.deformation[:, :, 0] > 0.0
+    for i, finger in enumerate(recording.labels["contact"]):
+        feature = recording.contact_feature[:, i]
+        part = feature // 10 % 100
+        for k in np.flatnonzero((np.diff(part) != 0) & pressing[1:, i] & pressing[:-1, i]) + 1:
+            cosine = np.clip(_normal(recording, int(k) - 1, i) @ _normal(recording, int(k), i), -1.0, 1.0)
+            turn = _short(np.degrees(np.arccos(cosine)))
+            text = f"from part {part[k - 1]} of the object to part {part[k]}, the normal turns by {turn} deg"
+            yield Event(_time(recording, k), "part", finger, text)
+        for first, last in _spans((feature >= 1000) & pressing[:, i], recording.time):
+            duration = 1e3 * (recording.time[last] - recording.time[first])
+            text = f"reaches a part beside part {part[first]}, feels the deeper one alone, for {_short(duration)} ms"
+            yield Event(_time(recording, first), "two parts", finger, text)
 
 
 def _normal(recording: Recording, sample: int, contact: int) -> NDArray[np.float64]:
@@ -263,6 +282,7 @@ _FINDERS: tuple[tuple[Callable[[Recording], Iterator[Event]], tuple[str, ...]], 
               "slip_loss")),
     (_incipient_slips, ("slipped_share", "is_slipping", "limit_surface_use")),
     (_edges, ("contact_feature", "contact_rotation", "object_rpy", "deformation", "contact_force")),
+    (_parts, ("contact_feature", "contact_rotation", "object_rpy", "deformation")),
     (_apexes, ("contact_angles", "deformation")),
     (_torque_limits, ("torque_limited", "joint_torque")),
     (_joint_limits, ("joint_limited", "joint_position")),

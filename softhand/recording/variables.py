@@ -88,7 +88,13 @@ VARIABLES: dict[str, Variable] = {
         (*_CONTACT, "coordinate"), "rad/s, rad/s, m/s, m/s, rad/s", "rate of the contact coordinates eta"
     ),
     "friction_use": Variable(_CONTACT, "1", "tangential force over the friction limit, |f_t|/(mu f_z)"),
-    "contact_feature": Variable(_CONTACT, "1", "1 over a face of the object, 2 over an edge, 3 over a vertex", np.int8),
+    "contact_feature": Variable(
+        _CONTACT,
+        "1",
+        "1 over a face of the object, 2 over an edge, 3 over a vertex; of one of several parts 10 times its number "
+        "more, and 1000 where the tip reaches another part as well",
+        np.int16,
+    ),
     "limit_surface_use": Variable(
         _CONTACT, "1", "load over the coupled limit, sqrt((|f_t|/(mu f_z))^2 + (tau/tau_max)^2)"
     ),

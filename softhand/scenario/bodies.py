@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from softhand.scenario.joints import JointsSection
 from softhand.settings.settings import NonNegative, Positive, Settings, Vector3
@@ -108,6 +108,8 @@ class HandSection(Settings):
     """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
     density: Positive | None = None
     """Density by which links that move without a mass get one from their shapes; refused if not given [kg/m^3]."""
+    mimic_signs: dict[str, Literal["limits", "multiplier"]] | None = None
+    """Of joints that follow by `<mimic>` to where their limits do not let them, which of the two has the wrong sign."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -138,6 +140,10 @@ class ObjectSection(Settings):
     """Semi-axes of an ellipsoid in the place of the URDF's collision shape [m]."""
     hull: bool = False
     """Whether the convex hull of a collision mesh is taken that is not convex."""
+    decompose: bool = False
+    """Whether a collision mesh that is not convex is cut into convex parts by coacd, an extra."""
+    decompose_threshold: Annotated[float, Field(ge=0.01, le=1.0)] = 0.05
+    """Concavity at which it stops to cut, 0.01 to 1: less gives more parts, that fit better [1]."""
     repair: Literal["balance"] | None = None
     """What is done to an inertia that no body has: the nearest possible one is taken; refused if not given."""
     density: Positive | None = None
@@ -148,6 +154,19 @@ class ObjectSection(Settings):
     """Roll, pitch, yaw at the start [rad], R = R_z(yaw) R_y(pitch) R_x(roll)."""
     face_friction: dict[str, Positive] | None = None
     """Coefficient mu on faces of a box, "+x" to "-z" along its axes, in place of that of the tip [1]."""
+
+    @model_validator(mode="after")
+    def _one_way_with_a_hollow(self) -> ObjectSection:
+        if self.decompose and self.hull:
+            raise ValueError("decompose and hull are both true; choose whether a hollow is kept or filled.")
+        if self.decompose and self.ellipsoid is not None:
+            raise ValueError("decompose is true, but the ellipsoid is in the place of the mesh; remove one of them.")
+        return self
+
+    @property
+    def cut(self) -> float | None:
+        """The threshold by which meshes are cut; None if they are not."""
+        return self.decompose_threshold if self.decompose else None
 
     @field_validator("face_friction", mode="before")
     @classmethod

@@ -20,13 +20,13 @@ from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
+from softhand.start.outer import ON_SURFACE, check_is_outer, check_touches_alone
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
 from softhand.start.statics import check_friction, check_torques, contact_forces
 from softhand.start.together import Together, settle_together
 
 _IN_A_PLANE = 1e-6  # smallest over largest speed of a tip that its joints move in a plane
-ON_SURFACE = 1e-6  # [m] a contact point may lie so far from the surface
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,7 @@ def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
     """
     found = []
     for tip, point in zip(world.tips, contact_points, strict=True):
+        check_is_outer(tip.name, world.shape, point)
         foot, _ = world.shape.nearest(point)
         gap = float(np.linalg.norm(foot - np.asarray(point, dtype=float)))
         if gap > ON_SURFACE:
@@ -141,6 +142,9 @@ def solve_grasp(
     if found is not None:
         angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
         points = list(position + found.points @ rotation.T)
+    for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
+        there = rotation.T @ (point - position)
+        check_touches_alone(tip.name, world.shape, there, fingertip.face.normal, fingertip.law.radius - own[0])
     arm.move(angles)
     check_torques(arm, forces, points)
     q = arm.q.copy()

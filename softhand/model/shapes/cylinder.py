@@ -40,6 +40,11 @@ class Cylinder(CurvedShape):
     half: float
     """Half the height [m]."""
 
+    @property
+    def area(self) -> float:
+        """Of its surface [m^2]."""
+        return 2.0 * math.pi * self.radius * (self.radius + 2.0 * self.half)
+
     def numbers(self) -> Array:
         """Radius and half the height."""
         return np.array([self.radius, self.half])

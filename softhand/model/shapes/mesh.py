@@ -36,23 +36,35 @@ def as_polyhedron(mesh: Mesh, rotation: Array, centre: Array, take_hull: bool = 
     """
     from scipy.spatial import ConvexHull, QhullError  # 27 MB that few runs need
 
-    vertices, triangles = welded(mesh)
+    if take_hull:
+        vertices, triangles = welded(mesh)
+        _check_thickness(vertices, size_of(vertices), mesh.name)
+    else:
+        vertices, triangles = check_solid(mesh)
     size = size_of(vertices)
-    _check_thickness(vertices, size, mesh.name)
-    if not take_hull:
-        check_closed(triangles, mesh.name)
     try:
         hull = ConvexHull(vertices)
     except QhullError as error:
         raise refused(mesh.name, "is too thin to have a convex hull", "export the surface of a solid") from error
-    if not take_hull:
-        _check_orientation(vertices, triangles, mesh.name)
     planes, polygons = _merge(vertices, hull, _SAME_PLANE * size, mesh.name)
     if not take_hull:
         _check_convex(vertices, triangles, planes, size, mesh.name)
     used, index = np.unique(np.concatenate(polygons), return_inverse=True)
     parts = np.split(index, np.cumsum([len(polygon) for polygon in polygons])[:-1])
     return Polyhedron(rotation, centre, vertices[used], tuple(parts), planes[:, :3].copy())
+
+
+def check_solid(mesh: Mesh) -> tuple[Array, Triangles]:
+    """Vertices and triangles of a mesh, welded, if it is the surface of a solid.
+
+    Raises:
+        ModelError: the mesh is flat, open or inside out.
+    """
+    vertices, triangles = welded(mesh)
+    _check_thickness(vertices, size_of(vertices), mesh.name)
+    check_closed(triangles, mesh.name)
+    _check_orientation(vertices, triangles, mesh.name)
+    return vertices, triangles
 
 
 def _check_thickness(vertices: Array, size: float, name: str) -> None:
@@ -84,8 +96,8 @@ def _check_convex(vertices: Array, triangles: Triangles, planes: Array, size: fl
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[worst])
         raise refused(
             name, f"is not convex: its surface at ({place}) mm lies {1e3 * depth[worst]:.3g} mm inside its convex hull",
-            "set object.hull = true to take the hull; to keep the hollow, cut the object into convex parts with a tool "
-            "such as CoACD or V-HACD and hold one of them",
+            "set object.decompose = true to cut it into convex parts, which takes the extra `decompose`, or "
+            "object.hull = true to take the hull",
         )  # fmt: skip
 
 

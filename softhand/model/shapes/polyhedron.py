@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,20 @@ class Polyhedron(CompiledShape):
     """Vertices of each face, counter-clockwise as seen from outside."""
     normals: Array
     """Outward normal of each face in axes of the shape, shape (m, 3)."""
+
+    @classmethod
+    def of_box(cls, rotation: Array, centre: Array, half: Array) -> Polyhedron:
+        """A box, its faces and their tangents as those of `Box`; half the length of each side [m], shape (3,)."""
+        signs = np.array(list(product((-1.0, 1.0), repeat=3)))  # vertex 4 a + 2 b + c at the signs a, b, c
+        polygons = ((4, 6, 7, 5), (1, 3, 2, 0), (2, 3, 7, 6), (4, 5, 1, 0), (1, 5, 7, 3), (2, 6, 4, 0))
+        normals = np.array([sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)])
+        return cls(rotation, centre, signs * half, tuple(np.array(polygon) for polygon in polygons), normals)
+
+    @cached_property
+    def area(self) -> float:
+        """Of its surface [m^2]."""
+        a, b, c = self._triangles()[0].transpose(1, 0, 2)
+        return 0.5 * float(np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
 
     @cached_property
     def offsets(self) -> Array:
@@ -139,9 +154,7 @@ class Polyhedron(CompiledShape):
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Spread over the triangles into which the polygons are cut."""
-        triangles = [(p[0], p[k], p[k + 1], n) for p, n in zip(self.polygons, self.normals, strict=True)
-                     for k in range(1, len(p) - 1)]  # fmt: skip
-        corners = self.vertices[np.array([triangle[:3] for triangle in triangles])]
+        corners, outward = self._triangles()
         along, across = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         numbers = shares(np.linalg.norm(np.cross(along, across), axis=1), count)
         # one sequence goes through all triangles, so that small ones do not all get the same point
@@ -149,5 +162,10 @@ class Polyhedron(CompiledShape):
         square = np.where(np.sum(square, axis=1, keepdims=True) > 1.0, 1.0 - square, square)
         index = np.repeat(np.arange(len(numbers)), numbers)
         points = corners[index, 0] + square[:, :1] * along[index] + square[:, 1:] * across[index]
-        normals = np.array([triangle[3] for triangle in triangles])[index]
-        return self.in_object(points, normals)
+        return self.in_object(points, outward[index])
+
+    def _triangles(self) -> tuple[Array, Array]:
+        """Corners of the triangles into which the polygons are cut, shape (n, 3, 3), and their normals, (n, 3)."""
+        found = [(p[0], p[k], p[k + 1], n) for p, n in zip(self.polygons, self.normals, strict=True)
+                 for k in range(1, len(p) - 1)]  # fmt: skip
+        return self.vertices[np.array([one[:3] for one in found])], np.array([one[3] for one in found])

@@ -6,16 +6,16 @@ A shape is data of the kernels and not part of them, as fingertip laws are: each
      0.. 2   in: a point of the object frame [m]
      3.. 5   outward unit normal of the surface at the point nearest to it, in the object frame
      6       signed distance of the point from the surface [m], negative inside
-     7       feature: 1 a face or a curved surface, 2 an edge, 3 a vertex
+     7       feature: 1 a face or a curved surface, 2 an edge, 3 a vertex; a union says more by it, see `union`
      8.. 9   alpha_o, the surface coordinates of a point on the surface
     10..12   x axis of C_O there, in the object frame
     13..15   M_go [m or 1], an upper triangle: m11, m12, m22
     16..18   K_go [1/m], symmetric: k11, k12, k22
     19..20   T_go [1/m]
 
-`nearest` fills 3 to 7. `chart`, which curved shapes have, takes a point of the surface and its normal, 0 to 5, and
-fills the rest. With the x axis, y = z cross x and the rate of alpha_o they say how the point moves and the frame C_O
-turns,
+`nearest` fills 3 to 7, and may read at 8 the radius of the tip whose centre the point is [m]. `chart`, which curved
+shapes have, takes a point of the surface and its normal, 0 to 5, and fills the rest. With the x axis, y = z cross x and
+the rate of alpha_o they say how the point moves and the frame C_O turns,
 
     v = (M_go alpha_o', 0),   w = (E K_go M_go alpha_o', T_go M_go alpha_o')                                    (34)
 """
@@ -108,7 +108,7 @@ class CompiledShape(Shape):
     @property
     def nearest_function(self) -> int:
         """Address of the compiled nearest point."""
-        return int(_compile(type(self).nearest_entry).address)
+        return int(compile_entry(type(self).nearest_entry).address)
 
     @property
     def chart_function(self) -> int:
@@ -122,7 +122,7 @@ class CompiledShape(Shape):
         return self._call(type(self).nearest_entry, io)
 
     def _call(self, entry: Callable[..., Any], io: Array) -> Array:
-        _compile(entry).ctypes(self.data.ctypes.data_as(_POINTER), io.ctypes.data_as(_POINTER))
+        compile_entry(entry).ctypes(self.data.ctypes.data_as(_POINTER), io.ctypes.data_as(_POINTER))
         return io
 
     def nearest(self, point: ArrayLike) -> tuple[Array, Array]:
@@ -143,7 +143,7 @@ class CurvedShape(CompiledShape):
     @property
     def chart_function(self) -> int:
         """Address of the compiled surface coordinates."""
-        return int(_compile(type(self).chart_entry).address)
+        return int(compile_entry(type(self).chart_entry).address)
 
     def chart(self, point: ArrayLike) -> Array:
         """`io` of the surface coordinates at the point of the surface that is nearest to a point."""
@@ -158,8 +158,9 @@ class CurvedShape(CompiledShape):
 
 
 @cache
-def _compile(entry: Callable[..., Any]) -> Any:
-    with kernel_folder(__name__):
+def compile_entry(entry: Callable[..., Any]) -> Any:
+    """The machine code of one of the two functions of a shape."""
+    with kernel_folder(entry.__module__):
         return cfunc(_SIGNATURE, cache=True, error_model="numpy")(entry)
 
 

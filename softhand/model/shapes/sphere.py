@@ -21,6 +21,11 @@ class Sphere(CurvedShape):
     radius: float
     """[m]"""
 
+    @property
+    def area(self) -> float:
+        """Of its surface [m^2]."""
+        return 4.0 * math.pi * self.radius**2
+
     def numbers(self) -> Array:
         """The radius."""
         return np.array([self.radius])

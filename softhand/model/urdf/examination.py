@@ -12,6 +12,7 @@ from softhand.model.urdf.findings import Findings
 from softhand.model.urdf.grammar import check_grammar
 from softhand.model.urdf.inertias import IMPOSSIBLE
 from softhand.model.urdf.joints import check_angles, check_joints, check_types
+from softhand.model.urdf.mimic_signs import turned
 from softhand.model.urdf.repair import balance, edited, weigh
 from softhand.model.urdf.shapes import check_shapes
 from softhand.model.urdf.tree import MOVING, Tree, read_tree
@@ -27,6 +28,7 @@ class Role:
         shape_counts: whether the collision shape of an object is touched; that of a hand never is.
         repair: `balance` to put the nearest possible inertia in the place of one that no body has; "" to refuse it.
         density: of what moves without a mass, to take mass and inertia from its shapes [kg/m^3]; None to refuse it.
+        turned: joints that follow by `<mimic>`, and of each whether its limits or its multiplier have the wrong sign.
     """
 
     is_object: bool | None = None
@@ -34,6 +36,7 @@ class Role:
     shape_counts: bool = True
     repair: str = ""
     density: float | None = None
+    turned: tuple[tuple[str, str], ...] = ()
 
 
 EITHER, HAND, OBJECT = Role(), Role(is_object=False), Role(is_object=True)
@@ -75,11 +78,11 @@ def examine(text: str, file: Path, role: Role = EITHER, folder: Path | None = No
         ModelError: it is no XML or no URDF. All else is among the findings.
     """
     found = _examine(text, file, role, folder)
-    return _mended(found, role) if role.repair or role.density is not None else found
+    return _mended(found, role) if role.repair or role.density is not None or role.turned else found
 
 
 def _mended(found: Examination, role: Role) -> Examination:
-    """With the inertias that are asked for in its text, and a warning for each."""
+    """With the inertias and the signs that are asked for in its text, and a warning for each."""
     others = [finding for finding in found.findings if finding.kind not in (IMPOSSIBLE, NO_MASS)]
     if found.tree is None or any(finding.is_error for finding in others):
         found.findings[:] = others  # what these would tell is mended as soon as the others are
@@ -89,6 +92,7 @@ def _mended(found: Examination, role: Role) -> Examination:
     if role.density is not None:
         more, failed = weigh(found.text, found.tree, found.is_object, found.folder, role.density, notes)
         edits += more
+    edits += turned(found.text, found.tree, role.turned, notes)
     if edits:
         found = _examine(edited(found.text, edits), found.file, role, found.folder)
     told = [one for one in found.findings if not (one.kind == NO_MASS and one.place in failed)]

@@ -106,7 +106,7 @@ def _balanced(text: str, part: Part, findings: Findings) -> Edit:
         f"{_listed(moments_of(after))} kg m^2 now.",
         kind="balanced",
     )
-    return _replaced(text, element, _inertia(after))
+    return replaced(text, element, _inertia(after))
 
 
 def _weighed(text: str, link: Element, solid: Solid, what: str, density: float, findings: Findings) -> Edit:
@@ -120,7 +120,7 @@ def _weighed(text: str, link: Element, solid: Solid, what: str, density: float, 
         kind="weighed",
     )
     there = link.find("inertial")
-    return _replaced(text, there, inertial) if isinstance(there, Element) else _appended(text, link, inertial)
+    return replaced(text, there, inertial) if isinstance(there, Element) else _appended(text, link, inertial)
 
 
 def _solid_of(link: Element, folder: Path | None) -> tuple[Solid, str] | None:
@@ -156,7 +156,8 @@ def _inertia(inertia: Array) -> str:
     return f"<inertia {values}/>"
 
 
-def _replaced(text: str, element: Element, by: str) -> Edit:
+def replaced(text: str, element: Element, by: str) -> Edit:
+    """An element with all that is in it, and what stands for it."""
     data = as_bytes(text)
     tag = _tag_end(data, element)
     is_empty = data[tag - 2 : tag] == b"/>"
