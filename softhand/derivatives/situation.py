@@ -117,7 +117,7 @@ def _check(setup: Setup) -> None:
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:
-    plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled") for _ in range(2))
+    plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled", setup.taxels) for _ in range(2))
     return plant, Probe(seen, setup.reference.start(read_start(setup.scenario)), setup.sensing)
 
 

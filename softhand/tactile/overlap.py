@@ -20,9 +20,9 @@ def weigh(skin, i, pad, contact, base_pose):
 
     where x > 0, and o, at most h, is how far the taxel lies outside of the object. Without e and h, for ever finer
     taxels, W is x^m inside and 0 outside. On a plane that is the pressure of `growth.pressure_exponent`,
-    (1 - rho^2 / a^2)^m; of columns, m = 1 and eta = 0, it is the depth. The skin spreads it over h. dr is taken so large
-    and o so small that three taxels lie within the contact, which can carry any force and torsion. W is continuous in
-    the state.
+    (1 - rho^2 / a^2)^m; of columns, m = 1 and eta = 0, it is the depth. The skin spreads it over h. dr is taken so
+    large, and o so small, that three taxels lie within the contact, which can carry any force and torsion. W is
+    continuous in the state.
 
     Args:
         skin: `field.Skin`, `moved` is read, `work` is set.

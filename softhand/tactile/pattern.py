@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Literal
 
@@ -52,7 +53,7 @@ def spacing(count: int) -> float:
 
 
 def _fibonacci(count: int) -> Array:
-    k = np.arange(count)
+    k = np.arange(count, dtype=float)
     return _at(1.0 - (k + 0.5) / count, math.pi * (3.0 - math.sqrt(5.0)) * k)
 
 
@@ -61,7 +62,7 @@ def _rings(count: int) -> Array:
     k = np.arange(rings + 1)
     ends = 1 + np.rint((count - 1) * k * (k + 1) / (rings * (rings + 1))).astype(int)  # taxels up to each ring
     parts = [_at(np.ones(1), np.zeros(1))]
-    for j, (begin, end) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+    for j, (begin, end) in enumerate(itertools.pairwise(ends)):
         size = end - begin
         angle = 2.0 * math.pi * (np.arange(size) + 0.5 * (j % 2)) / size
         parts.append(_at(np.full(size, 1.0 - (begin + 0.5 * size) / count), angle))

@@ -41,11 +41,11 @@ def read_taxels(reading, felt, period):
     Args:
         reading: `Reading`.
         felt: `field.Felt`, changed.
-        period: number of the control period.
+        period: its first number is that of the control period.
     """
     force, shear = felt.tactile_normal_force, felt.tactile_shear_force
     tips, count = force.shape
-    share, seed = reading.hysteresis[0], reading.seed[0]
+    share, seed, index = reading.hysteresis[0], reading.seed[0], period[0]
     for i in range(tips):
         for t in range(count):
             x = force[i, t]
@@ -55,10 +55,10 @@ def read_taxels(reading, felt, period):
             reading.memory[i, t] = force[i, t]
             place = i * count + t
             if reading.noise[0] > 0.0:
-                force[i, t] += reading.noise[0] * normal(seed, _STREAM, place, period)
+                force[i, t] += reading.noise[0] * normal(seed, _STREAM, place, index)
             if reading.noise[1] > 0.0:
-                shear[i, t, 0] += reading.noise[1] * normal(seed, _STREAM + 1, place, period)
-                shear[i, t, 1] += reading.noise[1] * normal(seed, _STREAM + 2, place, period)
+                shear[i, t, 0] += reading.noise[1] * normal(seed, _STREAM + 1, place, index)
+                shear[i, t, 1] += reading.noise[1] * normal(seed, _STREAM + 2, place, index)
             if reading.dead[i, t]:
                 force[i, t], shear[i, t, 0], shear[i, t, 1] = 0.0, 0.0, 0.0
                 felt.tactile_slip[i, t], felt.penetration_depth[i, t] = 0.0, 0.0
@@ -79,7 +79,7 @@ def feel_and_read(skin, reading, pads, contacts, poses, felt, seen, period):
         period: its first number is that of the control period.
     """
     feel(skin, pads, contacts, poses, felt)
-    read_taxels(reading, felt, period[0])
+    read_taxels(reading, felt, period)
     for i in range(felt.tactile_slip.shape[0]):
         for t in range(felt.tactile_slip.shape[1]):
             seen.tactile_normal_force[i, t] = felt.tactile_normal_force[i, t]
