@@ -15,7 +15,6 @@ from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.guesses import did_you_mean
 from softhand.settings.settings import NonNegative, Positive, Settings, read_settings
 
-
 TAXELS = 40
 """Of each tip, where nothing else is asked for."""
 
