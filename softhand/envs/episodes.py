@@ -21,8 +21,8 @@ from softhand.simulation.faults import HEALTHY
 
 _ALWAYS = ("joint_position", "joint_velocity", "object_twist", "configuration", "contact_force", "internal_force")
 TOUCH = ("deformation", "contact_force", "limit_surface_use", "is_slipping")
-"""What the variants with touch see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use of
-the limit of friction, and 1 where it slips."""
+"""What the variants with touch see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use
+of the limit of friction, and 1 where it slips."""
 
 TACTILE = ("tactile_normal_force", "tactile_shear_force")
 """What they see of each taxel [N]."""

@@ -31,7 +31,7 @@ class Options(Settings):
     touch: bool = False
     """Whether the observation has deformation, force and slip of each contact."""
     tactile: bool = False
-    """Whether the observation has normal and shear force of each taxel; the tips get a skin if the scenario has none."""
+    """Whether the observation has the forces of each taxel; the tips get a skin if the scenario has none."""
     randomise: dict[str, float] = Field(default={"friction": 0.1, "mass": 0.2, "stiffness": 0.1})
     """Largest share by which `mass`, `friction`, `stiffness`, or a dotted key of the scenario, differs in a world."""
     episodes_per_world: int = 1

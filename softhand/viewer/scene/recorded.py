@@ -97,7 +97,7 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
 
 
 def recorded_taxels(recording: Recording) -> Array | None:
-    """Places of the taxels that a recording has, unit vectors in the frame of a tip, shape (taxels, 3); None if none."""
+    """Places of the taxels of a recording, unit vectors in the frame of a tip, shape (taxels, 3); None if none."""
     if FELT not in recording.variables:
         return None
     kind = scenario_of(recording).at("tactile", "pattern")
