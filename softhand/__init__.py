@@ -21,6 +21,11 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.analysis.energy import energy_ledger as energy_ledger
     from softhand.analysis.summary import Summary as Summary
     from softhand.analysis.summary import summarize as summarize
+    from softhand.analysis.tactile import Markers as Markers
+    from softhand.analysis.tactile import depth_image as depth_image
+    from softhand.analysis.tactile import marker_displacements as marker_displacements
+    from softhand.analysis.tactile import tactile_pressure as tactile_pressure
+    from softhand.analysis.tactile import taxel_points as taxel_points
     from softhand.assembly.build import build as build
     from softhand.assembly.build import simulate as simulate
     from softhand.assembly.collisions import collisions as collisions
@@ -118,6 +123,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.tactile.pattern import taxel_pattern as taxel_pattern
     from softhand.version import __version__ as __version__
     from softhand.viewer.live.replay import view as view
     from softhand.viewer.live.viewer import Viewer as Viewer
@@ -131,6 +137,7 @@ _HOMES = {
     "grasping.proposals": ("Proposal", "Proposals", "propose_grasps"),
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
+    "analysis.tactile": ("Markers", "depth_image", "marker_displacements", "tactile_pressure", "taxel_points"),
     "assembly.measurement_noise": ("MeasurementNoise", "measurement_noise"),
     "assistant.found_scenario": ("NewScenario",),
     "assistant.new_scenario": ("new_scenario",),
@@ -200,6 +207,7 @@ _HOMES = {
     "references.reference": ("Reference",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
+    "tactile.pattern": ("taxel_pattern",),
     "viewer.report.film": ("write_film",),
     "viewer.report.report": ("write_report",),
     "viewer.live.replay": ("view",),

@@ -33,6 +33,8 @@ class Known:
     """As in `World`."""
     palm_columns: NDArray[np.int64]
     """Joints or motors that move the palm, from the base outward."""
+    taxels: Array | None
+    """Where they are on each tip, unit vectors in F, shape (taxels, 3); None without."""
 
     @classmethod
     def of(cls, plant: Plant, pairs: int) -> Known:
@@ -51,6 +53,7 @@ class Known:
             plant.rigid,
             world.palm_joint,
             np.array(world.columns_of(world.palm_joint), dtype=np.int64),
+            None if plant.taxels is None else plant.taxels.places,
         )
         for array in (
             known.effort_limit, known.is_continuous, known.object_lever, known.gravity, known.palm_columns,
