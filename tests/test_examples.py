@@ -142,3 +142,10 @@ def test_there_are_fourteen() -> None:
         "learning",
     }
     assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 14
+
+
+def test_slip_is_felt_by_taxels(capsys: pytest.CaptureFixture[str]) -> None:
+    """Four of five samples with slip, and not many others; a tip that never slips is never felt to."""
+    found, wrong = results("feel_slip")
+    assert found > 0.75 and wrong < 0.25
+    assert "finger_1_tip slips never, felt never" in capsys.readouterr().out

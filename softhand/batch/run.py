@@ -238,6 +238,8 @@ class CompiledRun:
         plant, plan, m = self.plant, self.plan, self.mechanics
         assert self.law is not None
         felt, seen = (pick(Felt, one._views) for one in (self._sensor.observation, self.observation))
+        if self._instruments is None:
+            seen = Felt(*(array[:0] for array in felt))
         code = addressed(
             feel_and_read, plant.skin, plant.reading, m.touch.pads, m.touch.contacts, m.terms.poses, felt, seen,
             plan.progress, layouts=self.layouts,

@@ -118,8 +118,8 @@ def _check(setup: Setup) -> None:
     must_model("A linear model", setup.world.mechanics, setup.actuation)
     if setup.taxels is not None and set(Felt._fields) & set(fields_read(setup.controller) or ()):
         raise ScenarioError(
-            "tactile: a linear model does not know taxels, which the controller reads; choose another controller, or look "
-            "at a run.",
+            "tactile: a linear model does not know taxels, which the controller reads; choose another controller, or "
+            "look at a run.",
             key="tactile", value=len(setup.taxels),
         )  # fmt: skip
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softhand.contact.axes import finger_axes
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
@@ -44,6 +47,8 @@ class Skin(NamedTuple):
     """Scratch: taxels in the contact frame, over r, shape (taxels, 3)."""
     work: Array
     """Scratch: how much a taxel touches, depth below the surface, weight, shape (3, taxels)."""
+    taking: NDArray[np.int64]
+    """Scratch: numbers of the taxels that have a part in the contact, first, shape (taxels,)."""
     near: Array
     """Scratch for the function of a shape."""
 
@@ -95,29 +100,30 @@ def feel_tip(skin, i, pad, contact, pose, base_pose, felt):
     if contact.deformation[0] <= 0.0 and f[0] == 0.0 and f[1] == 0.0 and f[2] == 0.0 and f[3] == 0.0:
         return
     _move(skin, pad, contact, pose)
-    total = weigh(skin, i, pad, contact, base_pose)
+    total, taking = weigh(skin, i, pad, contact, base_pose)
     v, r, weight = skin.moved, pad.radius, skin.work[WEIGHT]
     # middle and spread of the shares, over r
     mx, my, spread = 0.0, 0.0, 0.0
-    for t in range(count):
-        if weight[t] > 0.0:
-            weight[t] /= total
-            mx, my = mx + weight[t] * v[t, 0], my + weight[t] * v[t, 1]
-    for t in range(count):
-        if weight[t] > 0.0:
-            x, y = v[t, 0] - mx, v[t, 1] - my
-            spread += weight[t] * (x * x + y * y)
+    for k in range(taking):
+        t = skin.taking[k]
+        weight[t] /= total
+        mx, my = mx + weight[t] * v[t, 0], my + weight[t] * v[t, 1]
+    for k in range(taking):
+        t = skin.taking[k]
+        x, y = v[t, 0] - mx, v[t, 1] - my
+        spread += weight[t] * (x * x + y * y)
     turn = (f[3] / r - mx * f[1] + my * f[0]) / spread if spread > 1e-9 else 0.0
     # velocity of slip of the contact in C_F
     vx = contact.slip_speed[0] / contact.theta_per_x
     vy, spin = contact.slip_speed[1] / contact.phi_per_y, r * (contact.slip_speed[2] - contact.psi_per_x * vx)
-    for t in range(count):
+    for k in range(taking):
+        t = skin.taking[k]
         n = weight[t]
-        if n > 0.0:
-            normal[t] = n * f[2]
-            shear[t, 0], shear[t, 1] = n * (f[0] - turn * (v[t, 1] - my)), n * (f[1] + turn * (v[t, 0] - mx))
+        normal[t] = n * f[2]
+        shear[t, 0], shear[t, 1] = n * (f[0] - turn * (v[t, 1] - my)), n * (f[1] + turn * (v[t, 0] - mx))
+        depth[t] = max(skin.work[BELOW, t], 0.0)
+        if vx != 0.0 or vy != 0.0 or spin != 0.0:
             slip[t] = skin.work[TOUCH, t] * math.hypot(vx - spin * v[t, 1], vy + spin * v[t, 0])
-            depth[t] = max(skin.work[BELOW, t], 0.0)
 
 
 @compiled

@@ -32,7 +32,7 @@ def weigh(skin, i, pad, contact, base_pose):
         base_pose: of the object, shape (12,).
 
     Returns:
-        The sum of all weights, positive.
+        The sum of all weights, positive, and how many taxels have one, see `Skin.taking`.
     """
     v, r, R, work = skin.moved, pad.radius, contact.distance, skin.work
     h, m, wide = skin.reach[i], skin.exponent[i], 1.0 + skin.narrow[i]
@@ -41,13 +41,11 @@ def weigh(skin, i, pad, contact, base_pose):
     for t in range(count):
         first, second, third = _three(1.0 - v[t, 2], first, second, third)
     base = e + max(contact.deformation[0], wide * r * third)
-    nearest = _look(skin, pad, contact, base_pose, base, wide)
-    total = 0.0
-    for t in range(count):
+    nearest, count = _look(skin, pad, contact, base_pose, base, wide)
+    total, taking = 0.0, 0
+    for k in range(count):
+        t = skin.taking[k]
         x, p = base - wide * r * (1.0 - v[t, 2]), r * v[t, 2] - R
-        touch[t], weight[t] = 0.0, 0.0
-        if x <= 0.0:
-            continue
         x -= min(p - below[t], max(p, 0.0))
         o = max(-below[t] - nearest, 0.0) / h
         if x <= 0.0 or o >= 1.0:
@@ -56,7 +54,9 @@ def weigh(skin, i, pad, contact, base_pose):
         touch[t] = min(x / e, 1.0) * fades
         weight[t] = _power(x, m) * x / (x + e) * fades
         total += weight[t]
-    return total
+        skin.taking[taking] = t
+        taking += 1
+    return total, taking
 
 
 @compiled
@@ -81,19 +81,26 @@ def _power(x, m):
 
 @compiled
 def _look(skin, pad, contact, base_pose, base, wide):
-    """`below` of each taxel that may have a part, and how far outside of the object the third nearest is [m]."""
+    """Sets `below` and `taking` of the taxels that may have a part.
+
+    Returns:
+        How far outside of the object the third nearest of them is [m], and how many they are.
+    """
     v, r, R, below = skin.moved, pad.radius, contact.distance, skin.work[1]
     if pad.shape != PLANE:
         _carry(skin, pad, contact, base_pose)
     first, second, third = math.inf, math.inf, math.inf
+    count = 0
     for t in range(v.shape[0]):
-        below[t] = r * v[t, 2] - R
         if base - wide * r * (1.0 - v[t, 2]) <= 0.0:
             continue
+        skin.taking[count] = t
+        count += 1
+        below[t] = r * v[t, 2] - R
         if pad.shape != PLANE:
             below[t] = min(_depth(skin, pad, t), below[t])
         first, second, third = _three(max(-below[t], 0.0), first, second, third)
-    return third
+    return third, count
 
 
 @compiled

@@ -17,6 +17,8 @@ _STREAM = 1000  # of the random numbers; instruments have the first ones
 class Reading(NamedTuple):
     """What taxels do to what they feel."""
 
+    errs: NDArray
+    """0 if all that is felt is read as it is, shape (1,)."""
     hysteresis: Array
     """Shape (1,)."""
     noise: Array
@@ -43,6 +45,8 @@ def read_taxels(reading, felt, period):
         felt: `field.Felt`, changed.
         period: its first number is that of the control period.
     """
+    if not reading.errs[0]:
+        return
     force, shear = felt.tactile_normal_force, felt.tactile_shear_force
     tips, count = force.shape
     share, seed, index = reading.hysteresis[0], reading.seed[0], period[0]
@@ -75,13 +79,13 @@ def feel_and_read(skin, reading, pads, contacts, poses, felt, seen, period):
         contacts: likewise.
         poses: likewise.
         felt: set.
-        seen: `field.Felt`, set; may be the same.
+        seen: `field.Felt`, set; of no tips where the controller sees what is felt itself.
         period: its first number is that of the control period.
     """
     feel(skin, pads, contacts, poses, felt)
     read_taxels(reading, felt, period)
-    for i in range(felt.tactile_slip.shape[0]):
-        for t in range(felt.tactile_slip.shape[1]):
+    for i in range(seen.tactile_slip.shape[0]):
+        for t in range(seen.tactile_slip.shape[1]):
             seen.tactile_normal_force[i, t] = felt.tactile_normal_force[i, t]
             for k in range(2):
                 seen.tactile_shear_force[i, t, k] = felt.tactile_shear_force[i, t, k]

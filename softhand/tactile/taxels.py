@@ -57,12 +57,14 @@ class Taxels:
             np.zeros((3, 3)),
             np.zeros((count, 3)),
             np.zeros((3, count)),
+            np.zeros(count, np.int64),
             np.zeros(RESULTS + 3),
         )
 
     def reading(self) -> Reading:
         """For kernels, with a memory of its own."""
         return Reading(
+            np.array([int(self.errs)]),
             np.array([self.hysteresis]),
             np.array(self.noise),
             np.array([self.seed]),
