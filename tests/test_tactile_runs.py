@@ -159,6 +159,15 @@ def test_wrong_taxels_are_named(key, value, names):
     assert "tactile" in str(error.value)
 
 
+def test_derivatives_know_no_taxels_and_say_so():
+    """Of outputs, costs, and a law that reads them."""
+    scenario = softhand.load_scenario("target-a", {"tactile.count": 12, "duration": 0.01})
+    with pytest.raises(ScenarioError, match="outputs: A derivative does not know taxels, and 'tactile_slip'"):
+        softhand.linearize(scenario, outputs=["tactile_slip"])
+    with pytest.raises(ScenarioError, match="cost: A gradient does not know taxels"):
+        softhand.gradient(scenario, lambda penetration_depth: penetration_depth.sum(), "object.mass")
+
+
 def test_what_taxels_feel_cannot_be_kept_where_there_are_none():
     """The message says what to give."""
     with pytest.raises(ScenarioError, match=r"'penetration_depth' is there under \[tactile\] alone"):

@@ -14,7 +14,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
-from softhand.assembly.unmodelled import must_model
+from softhand.assembly.unmodelled import must_model, must_not_feel
 from softhand.closed_loop.start import relax_memory
 from softhand.controllers.controller import Controller
 from softhand.controllers.formula import fields_read
@@ -27,7 +27,6 @@ from softhand.plant.state import State
 from softhand.recording.recording import Recording
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.simulation import whole_periods
-from softhand.tactile.field import Felt
 
 _RECORDED = ("joint_position", "joint_velocity", "object_position", "object_rpy", "object_twist", "deformation")
 
@@ -116,12 +115,7 @@ def find_situation(
 
 def _check(setup: Setup) -> None:
     must_model("A linear model", setup.world.mechanics, setup.actuation)
-    if setup.taxels is not None and set(Felt._fields) & set(fields_read(setup.controller) or ()):
-        raise ScenarioError(
-            "tactile: a linear model does not know taxels, which the controller reads; choose another controller, or "
-            "look at a run.",
-            key="tactile", value=len(setup.taxels),
-        )  # fmt: skip
+    must_not_feel("A linear model", "controller", fields_read(setup.controller))
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:

@@ -53,10 +53,11 @@ class Known:
             plant.rigid,
             world.palm_joint,
             np.array(world.columns_of(world.palm_joint), dtype=np.int64),
-            None if plant.taxels is None else plant.taxels.places,
+            None if plant.taxels is None else plant.taxels.places.copy(),
         )
         for array in (
             known.effort_limit, known.is_continuous, known.object_lever, known.gravity, known.palm_columns,
+            *([] if known.taxels is None else [known.taxels]),
         ):  # fmt: skip
             array.flags.writeable = False
         return known
