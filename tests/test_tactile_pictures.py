@@ -1,16 +1,13 @@
-"""Taxels in the film, in the report and in environments."""
+"""Taxels in the film and in the report."""
 
 from __future__ import annotations
 
 import re
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import softhand
-import softhand.envs
 from softhand.viewer.live.newest import Newest
 from softhand.viewer.report.pads import pad_map, pads_html
 from softhand.viewer.scene.parts.taxels import BANDS, band_of
@@ -80,24 +77,3 @@ def test_a_map_shows_y_to_the_right_and_z_up():
     (y, z, apex) = [(float(a), float(b)) for a, b, _ in circles[1:]]
     assert y[0] > 60.0 and y[1] == 50.0 and z[0] == 50.0 and z[1] < 40.0 and apex == (50.0, 50.0)
     assert circles[1][2] == "#ffffff" and circles[2][2] == "#0b2a5b"
-
-
-def test_an_environment_has_the_forces_of_all_taxels():
-    """Their sums are those of the contacts; one world and several; checked by gymnasium."""
-    options = {"overrides": {"tactile.count": 12}, "randomise": {}}
-    env = gymnasium.make("softhand/HoldBoxTactile-v0", **options)
-    check_env(env.unwrapped, skip_render_check=True)
-    seen, _ = env.reset(seed=0)
-    for _ in range(2):
-        seen, *_ = env.step(env.action_space.sample())
-    plain = gymnasium.make("softhand/HoldBox-v0", randomise={})
-    assert len(seen["observation"]) == plain.observation_space["observation"].shape[0] + 3 * 12 * 3
-    worlds = env.unwrapped.episodes.worlds.seen
-    np.testing.assert_allclose(worlds["tactile_normal_force"].sum(axis=2), worlds["contact_force"][..., 2], atol=1e-12)
-    assert np.isin(worlds["tactile_shear_force"][0].ravel(), seen["observation"]).all()
-    several = gymnasium.make_vec("softhand/HoldBoxTactile-v0", num_envs=2, **options)
-    first, _ = several.reset(seed=0)
-    alone, _ = env.reset(seed=1)
-    assert np.array_equal(first["observation"][1], alone["observation"])
-    for one in (env, plain, several):
-        one.close()

@@ -18,7 +18,7 @@ def read_taxels(scenario: Scenario, world: World) -> Taxels | None:
     """The taxels of a scenario; None where the tips have no skin.
 
     Raises:
-        ScenarioError: a dead taxel, or the tip that it is said to be of, is not there.
+        ScenarioError: the tip that a dead taxel is said to be of is not there.
     """
     section = scenario.tactile
     if section is None:
@@ -43,14 +43,7 @@ def _dead(section: TactileSection, tips: list[str]) -> NDArray[np.bool_]:
                 f"{key}: the hand has no tip {tip!r}{did_you_mean(tip, tips)}; there are: {', '.join(tips)}.",
                 key=key, value=tip,
             )  # fmt: skip
-        for number in numbers:
-            if not 1 <= number <= section.count:
-                raise ScenarioError(
-                    f"{key}: got {number}, but a tip has {section.count} taxels, counted from 1; give 1 to "
-                    f"{section.count}.",
-                    key=key, value=number,
-                )  # fmt: skip
-            dead[tips.index(tip), number - 1] = True
+        dead[tips.index(tip), [number - 1 for number in numbers]] = True
     draws = np.random.default_rng(section.seed).permutation(dead.size)[: round(section.dead_share * dead.size)]
     dead.ravel()[draws] = True
     return dead

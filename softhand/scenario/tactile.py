@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from softhand.settings.settings import NonNegative, Settings
 
@@ -34,3 +34,13 @@ class TactileSection(Settings):
     """Share of the taxels that are dead beside these, drawn by the seed."""
     seed: Annotated[int, Field(ge=0, le=10**9)] = 0
     """Of the noise and of the dead taxels."""
+
+    @model_validator(mode="after")
+    def _has_its_dead(self) -> TactileSection:
+        every = self.dead.values() if isinstance(self.dead, dict) else [self.dead]
+        for number in (number for numbers in every for number in numbers):
+            if not 1 <= number <= self.count:
+                raise ValueError(
+                    f"dead: got {number}, but a tip has {self.count} taxels, counted from 1; give 1 to {self.count}."
+                )
+        return self
