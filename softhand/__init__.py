@@ -22,6 +22,11 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.analysis.incipient_slip import incipient_slip as incipient_slip
     from softhand.analysis.summary import Summary as Summary
     from softhand.analysis.summary import summarize as summarize
+    from softhand.analysis.tactile import Markers as Markers
+    from softhand.analysis.tactile import depth_image as depth_image
+    from softhand.analysis.tactile import marker_displacements as marker_displacements
+    from softhand.analysis.tactile import tactile_pressure as tactile_pressure
+    from softhand.analysis.tactile import taxel_points as taxel_points
     from softhand.assembly.build import build as build
     from softhand.assembly.build import simulate as simulate
     from softhand.assembly.collisions import collisions as collisions
@@ -127,6 +132,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.tactile.pattern import taxel_pattern as taxel_pattern
     from softhand.version import __version__ as __version__
     from softhand.viewer.live.replay import view as view
     from softhand.viewer.live.viewer import Viewer as Viewer
@@ -141,6 +147,7 @@ _HOMES = {
     "grasping.workspace": ("Workspace", "workspace"),
     "analysis.energy": ("Ledger", "energy_ledger"),
     "analysis.incipient_slip": ("incipient_slip",),
+    "analysis.tactile": ("Markers", "depth_image", "marker_displacements", "tactile_pressure", "taxel_points"),
     "patch.bristles": ("Bristles", "BristleState"),
     "patch.creep": ("LimitOverTime", "limit_at_depth", "limit_under_force"),
     "patch.curved_limit": ("CurvedLimit",),
@@ -214,6 +221,7 @@ _HOMES = {
     "references.reference": ("Reference",),
     "steppers.stepper": ("Integration", "Stepper"),
     "version": ("__version__",),
+    "tactile.pattern": ("taxel_pattern",),
     "viewer.report.film": ("write_film",),
     "viewer.report.report": ("write_report",),
     "viewer.live.replay": ("view",),

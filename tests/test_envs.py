@@ -390,3 +390,26 @@ def test_a_world_of_ones_own() -> None:
     _, reward, *_ = env.step(np.zeros(6, np.float32))
     assert 0.0 < reward <= 1.0
     assert read_options("HoldBox", {}).action == "set-point"
+
+
+def test_an_environment_has_the_forces_of_all_taxels():
+    """Their sums are those of the contacts; one world and several; checked by gymnasium."""
+    options = {"overrides": {"tactile.count": 12}, "randomise": {}}
+    from gymnasium.utils.env_checker import check_env
+
+    env = gymnasium.make("softhand/HoldBoxTactile-v0", **options)
+    check_env(env.unwrapped, skip_render_check=True)
+    seen, _ = env.reset(seed=0)
+    for _ in range(2):
+        seen, *_ = env.step(env.action_space.sample())
+    plain = gymnasium.make("softhand/HoldBox-v0", randomise={})
+    assert len(seen["observation"]) == plain.observation_space["observation"].shape[0] + 3 * 12 * 3
+    worlds = env.unwrapped.episodes.worlds.seen
+    assert_allclose(worlds["tactile_normal_force"].sum(axis=2), worlds["contact_force"][..., 2], atol=1e-12)
+    assert np.isin(worlds["tactile_shear_force"][0].ravel(), seen["observation"]).all()
+    several = gymnasium.make_vec("softhand/HoldBoxTactile-v0", num_envs=2, **options)
+    first, _ = several.reset(seed=0)
+    alone, _ = env.reset(seed=1)
+    assert np.array_equal(first["observation"][1], alone["observation"])
+    for one in (env, plain, several):
+        one.close()

@@ -139,7 +139,7 @@ def test_learning_makes_a_policy_and_its_curve(capsys: pytest.CaptureFixture[str
     assert "success" in capsys.readouterr().out
 
 
-def test_there_are_fifteen() -> None:
+def test_there_are_sixteen() -> None:
     """And each has its number above."""
     others = {
         "compare_controllers",
@@ -150,5 +150,13 @@ def test_there_are_fifteen() -> None:
         "predictive_control",
         "learning",
         "shaken_grasp",
+        "feel_slip",
     }
-    assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 15
+    assert {file.stem for file in FILES} == {*RESULTS, *others, "learned_policy"} and len(FILES) == 16
+
+
+def test_slip_is_felt_by_taxels(capsys: pytest.CaptureFixture[str]) -> None:
+    """Four of five samples with slip, and not many others; a tip that never slips is never felt to."""
+    found, wrong = results("feel_slip")
+    assert found > 0.75 and wrong < 0.25
+    assert "finger_1_tip slips never, felt never" in capsys.readouterr().out

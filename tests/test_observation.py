@@ -163,7 +163,7 @@ def test_tips_that_are_nearest_to_one_vertex_have_no_internal_force() -> None:
 @pytest.fixture(scope="module")
 def live() -> Simulation:
     """A run on its way, with supports, so that every field has numbers."""
-    simulation = build(load_scenario("grasp-and-lift", {"duration": 1.0}))
+    simulation = build(load_scenario("grasp-and-lift", {"duration": 1.0, "tactile.count": 12}))
     simulation.run()
     return simulation
 
@@ -315,7 +315,8 @@ def test_recordings_have_the_same_names_and_numbers(name: str, values: dict[str,
     assert set(shared) == set(RECORDED)
     supports = bool(simulation.plant.supports)
     assert [variable in recording.variables for variable in shared] == [
-        supports or not variable.startswith("support") for variable in shared
+        (supports or not variable.startswith("support")) and "taxel" not in VARIABLES[variable].dims
+        for variable in shared
     ]
     for variable in shared:
         if variable in recording.variables:

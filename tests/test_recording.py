@@ -30,6 +30,7 @@ LABELS = {
     "support": ("table corner 1", "table corner 2"),
     "velocity": ("finger_1_joint_1", "object x", "object rz"),
     "coupled_joint": ("finger_1_joint_4",),
+    "taxel": ("1", "2", "3", "4", "5"),
 }
 
 

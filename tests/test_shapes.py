@@ -7,13 +7,13 @@ from itertools import product
 import numpy as np
 import pytest
 
+from softhand.tactile.tip_shape import Indentation, contact_axes, contact_turn, deformed
 from softhand.viewer.scene.parts.torsion import torsion_arrow
 from softhand.viewer.scene.parts.trails import tube
 from softhand.viewer.scene.shapes.edges import feature_edges
 from softhand.viewer.scene.shapes.mesh import Mesh, merged, moved
 from softhand.viewer.scene.shapes.solids import box, capsule, cylinder, sphere
 from softhand.viewer.scene.shapes.tip_mesh import net_segments, tip_faces, tip_net, tip_surface
-from softhand.viewer.scene.shapes.tip_shape import Indentation, contact_axes, contact_turn, deformed
 
 RADIUS = 0.010  # [m]
 PRESSED = Indentation(RADIUS, 0.0077, (0.4, 1.05), (0.0, 0.0, 0.0))

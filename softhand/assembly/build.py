@@ -57,7 +57,7 @@ def assemble(setup: Setup) -> Simulation:
         LawError: a fingertip law cannot be compiled.
     """
     scenario = setup.scenario
-    plant = Plant(setup.world, setup.fingertips, setup.supports, scenario.stepper.terms)
+    plant = Plant(setup.world, setup.fingertips, setup.supports, scenario.stepper.terms, setup.taxels)
     return Simulation(
         plant=plant,
         start=plant.with_supports(setup.grasp.state),

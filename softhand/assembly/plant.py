@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from softhand.assembly.obstacles import check_clear, read_obstacles
 from softhand.assembly.parts import read_fingertips
+from softhand.assembly.taxels import read_taxels
 from softhand.contact.obstacles import object_on_obstacle
 from softhand.contact.pads import Fingertip, Support
 from softhand.contact.supports import object_on_table, pad_on_hand, table_plane, tips_on_table, tips_on_tips
@@ -107,7 +108,8 @@ def read_plant(scenario: Scenario, laws: Law | Sequence[Law] | None = None) -> P
     """Hand, object and contacts of a scenario; with other laws, or one law at all tips, if given."""
     world = read_world(scenario)
     fingertips = read_fingertips(scenario, world, laws)
-    return Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
+    supports = read_supports(scenario, world, fingertips)
+    return Plant(world, fingertips, supports, scenario.stepper.terms, read_taxels(scenario, world))
 
 
 def read_grasp(

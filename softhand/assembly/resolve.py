@@ -17,6 +17,7 @@ from softhand.assembly.parts import (
     written,
 )
 from softhand.assembly.plant import read_supports, read_world, solve_start
+from softhand.assembly.taxels import read_taxels
 from softhand.contact.pads import Fingertip, Support
 from softhand.controllers.controller import Controller
 from softhand.errors import ScenarioError
@@ -30,6 +31,7 @@ from softhand.settings.wording import show
 from softhand.simulation.actuation import Actuation
 from softhand.start.grasp import Grasp
 from softhand.steppers.stepper import Stepper, check_friction
+from softhand.tactile.taxels import Taxels
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Setup:
         law: at all tips in place of those of the scenario, if any.
         sensing: the instruments, if there are any.
         actuation: the drives, if there are any.
+        taxels: on the tips, if there are any.
     """
 
     world: World
@@ -61,6 +64,7 @@ class Setup:
     law: Law | None = None
     sensing: Sensing | None = None
     actuation: Actuation | None = None
+    taxels: Taxels | None = None
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -103,7 +107,8 @@ def resolve(scenario: Scenario, controller: Controller | None = None, law: Law |
     grasp = solve_start(scenario, world, fingertips, supports)
     sensing, actuation = read_sensing(scenario, world), read_actuation(scenario, world, controller)
     return Setup(
-        world, fingertips, supports, grasp, controller, reference, stepper, scenario, law, sensing, actuation
+        world, fingertips, supports, grasp, controller, reference, stepper, scenario, law, sensing, actuation,
+        read_taxels(scenario, world),
     )  # fmt: skip
 
 

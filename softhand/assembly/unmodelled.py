@@ -10,6 +10,7 @@ import numpy as np
 from softhand.errors import ScenarioError
 from softhand.model.joint_mechanics import JointMechanics
 from softhand.simulation.actuation import Actuation
+from softhand.tactile.field import Felt
 
 Part: TypeAlias = Literal["damping", "friction", "stop_stiffness"]
 
@@ -47,6 +48,25 @@ def must_model(
             f"actuation.servo: {tool} does not know servos, which feed back between controller and joints; look at a "
             "run, or leave the section [actuation.servo] out.",
             key="actuation.servo", value=actuation.servos.kind,
+        )  # fmt: skip
+
+
+def must_not_feel(tool: str, key: str, names: Iterable[str] | None) -> None:
+    """Nothing, unless there are taxels among the fields that a controller reads, or the variables that are asked for.
+
+    Args:
+        tool: in words, as the begin of a sentence.
+        key: what the names are of, such as "controller".
+        names: None if nobody knows them.
+
+    Raises:
+        ScenarioError: there are.
+    """
+    felt = sorted(set(Felt._fields) & set(names or ()))
+    if felt:
+        raise ScenarioError(
+            f"{key}: {tool} does not know taxels, and {felt[0]!r} is what they feel; leave it out, or look at a run.",
+            key=key, value=felt[0],
         )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def unread(setup: Setup) -> Iterator[str]:
     fields, sensing = fields_read(setup.controller), setup.sensing
     if fields is None or sensing is None or type(setup.controller).torque is not Controller.torque:
         return
-    plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
+    plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled", setup.taxels)
     state = plant.with_supports(setup.grasp.state)
     moving = State(state.q, np.linspace(0.01, 0.02, len(state.v)), state.z)
     motion = setup.reference.start(read_start(setup.scenario))

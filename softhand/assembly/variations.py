@@ -10,6 +10,7 @@ from softhand.assembly.instruments import read_actuation, read_sensing
 from softhand.assembly.parts import read_controller, read_fingertips, read_reference, read_stepper
 from softhand.assembly.plant import read_hand, read_object, read_supports, solve_start
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.taxels import read_taxels
 from softhand.contact.pads import Fingertip
 from softhand.controllers.controller import Controller
 from softhand.laws.law import Law, compile_law
@@ -89,7 +90,8 @@ class Variations:
             grasp = solve_start(now, world, fingertips, supports, self._code)
         sensing, actuation = read_sensing(now, world), read_actuation(now, world, controller)
         return Setup(
-            world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation
+            world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation,
+            read_taxels(now, world) if "tactile" in changed else base.taxels,
         )  # fmt: skip
 
     def _fingertips(self, now: Scenario, world: World, changed: set[str]) -> Sequence[Fingertip]:

@@ -26,8 +26,8 @@ ended it, of `simulation.faults` or `BAD_TORQUE`, and at which contact; how many
 RECORDED, BETWEEN, LAW = range(3)
 """Rows of `Plan.straight`: `look` where a sample is recorded, where none is, and the control law."""
 
-SEE, ACT = range(2)
-"""Rows of `Plan.between`."""
+SEE, ACT, FEEL, FEEL_BETWEEN = range(4)
+"""Rows of `Plan.between`; taxels feel where a sample is recorded, and, if they must, where none is."""
 
 BAD_TORQUE = 100
 """The law answered with NaN or infinity."""
@@ -88,8 +88,8 @@ class Plan(NamedTuple):
     straight: NDArray[np.int64]
     """Addresses of straight code and of its words, see `RECORDED`; zeros where there is none, shape (3, 2)."""
     between: NDArray[np.int64]
-    """Addresses of the code of the instruments and of the drives, and of what it is called with, see `SEE`; zeros where
-    there are none, shape (2, 2)."""
+    """Addresses of the code of the instruments, of the drives and of the taxels, and of what it is called with, see
+    `SEE`; zeros where there are none, shape (4, 2)."""
 
 
 @compiled
@@ -133,6 +133,9 @@ def _sample(mechanics, senses, plan, is_recorded, k, time):
     if not done(plan.straight, RECORDED if is_recorded else BETWEEN):  # type: ignore[call-arg]
         parts = plan.parts if is_recorded else plan.parts_between
         fault, finger = look(m.tree, m.touch, m.terms, m.state, m.at, senses, parts, plan.Theta)
+    touch = FEEL if is_recorded else FEEL_BETWEEN
+    if fault == HEALTHY and plan.between[touch, 0] != 0:
+        call(plan.between[touch, 0], plan.between[touch, 1], plan.between[touch, 1])
     if fault == HEALTHY and plan.between[SEE, 0] != 0:
         call(plan.between[SEE, 0], plan.between[SEE, 1], plan.between[SEE, 1])
     if fault == HEALTHY and plan.law[0] != 0 and k % plan.stride == 0:

@@ -35,10 +35,11 @@ def must_fit(scenarios: Sequence[Scenario], keeps: Sequence[Keep]) -> None:
 
 def _bytes(scenario: Scenario, keep: Keep) -> int:
     tips = len(scenario.hand.names)
+    further = {**_FURTHER, "taxel": scenario.tactile.count // tips + 1 if scenario.tactile else 0}
     numbers = 0
     for name in ("joint_torque", *keep.variables):
         dims = VARIABLES[name].dims[1:]
-        numbers += prod(len(COMPONENTS[dim]) if dim in COMPONENTS else tips * _FURTHER.get(dim, 1) for dim in dims)
+        numbers += prod(len(COMPONENTS[dim]) if dim in COMPONENTS else tips * further.get(dim, 1) for dim in dims)
     return _COPIES * 8 * numbers * keep.samples(round(scenario.duration / scenario.control_period))
 
 

@@ -87,7 +87,7 @@ def rollout(
     names = tuple(variables)
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
     for each in scenarios:
-        check_variables("variables", names, each.sensing, each.actuation)
+        check_variables("variables", names, each.sensing, each.actuation, each.tactile)
     count = thread_count(threads)
     must_fit(scenarios, keeps)
     resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()

@@ -18,6 +18,8 @@ from softhand.batch.loop import (
     BAD_TORQUE,
     BETWEEN,
     FAULT,
+    FEEL,
+    FEEL_BETWEEN,
     FINGER,
     LAST,
     LAW,
@@ -40,7 +42,7 @@ from softhand.numerics.layouts import Layouts
 from softhand.numerics.straight import Fixed, put, straight
 from softhand.plant.plant import Plant
 from softhand.references.reference import desired_of
-from softhand.sensing.fields import Sizes, room
+from softhand.sensing.fields import Sizes, pick, room
 from softhand.sensing.groups import parts_of
 from softhand.sensing.instruments import NEEDED, Instruments
 from softhand.sensing.observation import Observation
@@ -58,6 +60,9 @@ from softhand.steppers.midpoint import Midpoint
 from softhand.steppers.rk4 import RungeKutta4
 from softhand.steppers.semi_implicit_euler import SemiImplicitEuler
 from softhand.steppers.straight_steps import straight_steps
+from softhand.tactile.field import Felt
+from softhand.tactile.reading import feel_and_read
+from softhand.tactile.taxels import Taxels
 
 KINDS = {Midpoint: MIDPOINT, SemiImplicitEuler: SEMI_IMPLICIT_EULER, RungeKutta4: RK4}
 """Of the steppers that there is machine code for, see `steppers.kernels`."""
@@ -129,7 +134,7 @@ class CompiledRun:
         self._setup, self.keep, self._asked = setup, keep, asked
         self._asked_for: Any = None
         self._guard = read_guard(setup)
-        self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled")
+        self.plant = plant = Plant(setup.world, setup.fingertips, setup.supports, "compiled", setup.taxels)
         self._state = plant.with_supports(setup.grasp.state).copy()
         self._follow(setup)
         now = np.zeros(self._motion.now.size + self._motion.twist.size)
@@ -176,7 +181,7 @@ class CompiledRun:
             Theta=np.full(plant.world.n_tips, np.nan),
             progress=np.array([0, 0, periods, HEALTHY, 0, 0], dtype=np.int64),
             straight=np.zeros((3, 2), np.int64),
-            between=np.zeros((2, 2), np.int64),
+            between=np.zeros((4, 2), np.int64),
         )
         self.layouts = Layouts()
         self._drive = self._put_between()
@@ -190,7 +195,7 @@ class CompiledRun:
         """Memory of the observation, of what the controller sees and of the commanded torques."""
         world = self.plant.world
         size = room(Sizes(world.n_joints, world.nq, world.n_tips, len(self.plant.supports),
-                          len(contact_pairs(world.n_tips))))  # fmt: skip
+                          len(contact_pairs(world.n_tips)), self.plant.n_taxels))  # fmt: skip
         return np.zeros(size if setup.sensing is None and setup.actuation is None else 2 * size + world.n_joints)
 
     def _observe(self) -> Observation:
@@ -216,6 +221,8 @@ class CompiledRun:
             arguments = instruments.arguments(plan.progress, {*self.keep.measured, *self.law.reads})
             codes.append(addressed(see_measured, *arguments, layouts=self.layouts))
             plan.between[SEE] = codes[-1].code, codes[-1].place
+        if self.plant.taxels is not None:
+            codes.append(self._put_taxels(self.plant.taxels))
         drive = None
         if setup.actuation is not None:
             world, m = self.plant.world, self.mechanics
@@ -225,6 +232,22 @@ class CompiledRun:
             plan.between[ACT] = codes[-1].code, codes[-1].place
         self._between = codes
         return drive
+
+    def _put_taxels(self, taxels: Taxels) -> Addressed:
+        """The code of the taxels, where samples are recorded, and in between if they remember or the law reads them."""
+        plant, plan, m = self.plant, self.plan, self.mechanics
+        assert self.law is not None
+        felt, seen = (pick(Felt, one._views) for one in (self._sensor.observation, self.observation))
+        if self._instruments is None:
+            seen = Felt(*(array[:0] for array in felt))
+        code = addressed(
+            feel_and_read, plant.skin, plant.reading, m.touch.pads, m.touch.contacts, m.terms.poses, felt, seen,
+            plan.progress, layouts=self.layouts,
+        )  # fmt: skip
+        plan.between[FEEL] = code.code, code.place
+        if taxels.hysteresis > 0.0 or not self.law.reads.isdisjoint(Felt._fields):
+            plan.between[FEEL_BETWEEN] = code.code, code.place
+        return code
 
     def _become_between(self, setup: Setup) -> bool:
         """Be the instruments and drives of another run."""
@@ -248,7 +271,11 @@ class CompiledRun:
             return False
         if setup is self._setup:
             self.plant.forget()
-        elif not self.plant.become(setup.world, setup.fingertips, setup.supports) or not self._sensor.become():
+        elif (setup.taxels is not None and self._setup.taxels is not None
+              and (setup.taxels.hysteresis > 0.0) != (self._setup.taxels.hysteresis > 0.0)) or (
+            not self.plant.become(setup.world, setup.fingertips, setup.supports, setup.taxels)
+            or not self._sensor.become()
+        ):  # fmt: skip
             return False
         if not self._become_between(setup):
             return False
@@ -308,9 +335,10 @@ class CompiledRun:
     def hold(self, torque: Array) -> None:
         """Run under these torques in place of the law [N m, N], shape (n,); only what is kept is observed."""
         self.mechanics.torque[:] = torque
-        kept = parts_of(self.keep.fields)
+        kept, between = parts_of(self.keep.fields), self.plan.between.copy()
+        between[[SEE, ACT]] = 0
         self.plan = self.plan._replace(
-            law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()), between=np.zeros((2, 2), np.int64)
+            law=np.zeros(2, np.int64), parts=kept, parts_between=parts_of(()), between=between
         )
         self._straight = self._straight_code()
         self.periods = addressed(run_periods, self.mechanics, self.senses, self.plan, layouts=self.layouts)

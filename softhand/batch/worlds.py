@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softhand.assembly.resolve import Setup
 from softhand.batch.asked import Asked
-from softhand.batch.loop import FAULT, FINGER, LIMIT, NEXT, RECORDED, look
+from softhand.batch.loop import FAULT, FEEL, FINGER, LIMIT, NEXT, RECORDED, look
 from softhand.batch.run import CompiledRun, is_compiled
 from softhand.contact.address import call, done
 from softhand.errors import ScenarioError, SimulationStopped
@@ -77,6 +77,8 @@ def go_on(m, senses, plan, seat):
         progress[FAULT], progress[FINGER] = look(
             m.tree, m.touch, m.terms, m.state, m.at, senses, plan.parts, plan.Theta
         )
+    if progress[FAULT] == HEALTHY and plan.between[FEEL, 0] != 0:
+        call(plan.between[FEEL, 0], plan.between[FEEL, 1], plan.between[FEEL, 1])  # type: ignore[call-arg]
     seat.fault[0], seat.fault[1] = progress[FAULT], progress[FINGER]
     if progress[FAULT] == HEALTHY:
         end = 0

@@ -12,6 +12,7 @@ from softhand.assembly.parts import read_controller, read_start
 from softhand.assembly.plant import read_grasp, read_supports, read_world
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
+from softhand.assembly.taxels import read_taxels
 from softhand.assembly.unmodelled import must_model
 from softhand.closed_loop.linearize import is_memory
 from softhand.controllers.controller import Controller
@@ -65,7 +66,8 @@ def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, worl
     """
     world, controller = world or read_world(scenario), read_controller(scenario)
     fingertips, grasp = read_grasp(scenario, world, laws)
-    plant = Plant(world, fingertips, read_supports(scenario, world, fingertips), scenario.stepper.terms)
+    supports, taxels = read_supports(scenario, world, fingertips), read_taxels(scenario, world)
+    plant = Plant(world, fingertips, supports, scenario.stepper.terms, taxels)
     probe = Probe(plant, resting(read_start(scenario)))
     period, drives = controller.period or scenario.control_period, read_actuation(scenario, world, controller)
     return HeldStart(probe, plant.with_supports(grasp.state), controller, period, actuation=drives)
@@ -80,7 +82,10 @@ def held_at(setup: Setup, goal: Goal, state: State, time: float = 0.0) -> HeldSt
         state: memories of supports included, or without them, as a grasp has it.
         time: when that is [s].
     """
-    plant, controller = Plant(setup.world, setup.fingertips, setup.supports), setup.controller.model_copy()
+    plant, controller = (
+        Plant(setup.world, setup.fingertips, setup.supports, taxels=setup.taxels),
+        setup.controller.model_copy(),
+    )
     period = controller.period or setup.scenario.control_period
     still = state if len(state.z) == len(plant.contacts) else plant.with_supports(state)
     return HeldStart(Probe(plant, resting(goal)), still, controller, period, time, setup.actuation)
@@ -154,7 +159,7 @@ def held_sample(recording: Recording, time: float) -> HeldStart:
 
 
 def _held(recording: Recording, setup: Setup, k: int) -> HeldStart:
-    plant, time = Plant(setup.world, setup.fingertips, setup.supports), float(recording.time[k])
+    plant, time = Plant(setup.world, setup.fingertips, setup.supports, taxels=setup.taxels), float(recording.time[k])
     check_states(plant, recording)
     desired = setup.reference.start(read_start(setup.scenario)).update(time)
     held = held_at(setup, goal_of(desired), recorded_state(plant, recording, k), time)

@@ -12,7 +12,7 @@ import numpy as np
 
 from softhand.assembly.parts import read_controller, read_stepper, written
 from softhand.assembly.resolve import Setup
-from softhand.assembly.unmodelled import must_model
+from softhand.assembly.unmodelled import must_model, must_not_feel
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
@@ -94,6 +94,7 @@ def gradient(
         base = base.with_values({"push": [*(push.model_dump() for push in base.push), nothing]})
     used = dict.fromkeys(name for one in costs for name in one.variables)
     keep = Keep.of(used, base.control_period if every is None else every, base.control_period)
+    must_not_feel("A gradient", "cost", used)
     for name in ("sensing", "actuation"):
         if getattr(base, name) is not None:
             raise ScenarioError(

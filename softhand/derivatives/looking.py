@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.assembly.probe import Probe
+from softhand.assembly.unmodelled import must_not_feel
 from softhand.batch.loop import Senses
 from softhand.derivatives.following import has_obstacles
 from softhand.derivatives.look_tangent import LookTangent
@@ -32,9 +33,13 @@ class Looks:
         model: whose plant is observed.
         probe: has what is asked for, at the time of the state.
         keep: which variables y is made of.
+
+    Raises:
+        ScenarioError: they are those of taxels.
     """
 
     def __init__(self, model: PeriodModel, probe: Probe, keep: Keep) -> None:
+        must_not_feel("A derivative", "outputs", keep.variables)
         self._model, self._keep = model, keep
         sensor = Sensor(model.plant, probe.reference.desired)
         self._sizes = sensor.observation.known.sizes

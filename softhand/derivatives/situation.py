@@ -14,9 +14,10 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
-from softhand.assembly.unmodelled import must_model
+from softhand.assembly.unmodelled import must_model, must_not_feel
 from softhand.closed_loop.start import relax_memory
 from softhand.controllers.controller import Controller
+from softhand.controllers.formula import fields_read
 from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
 from softhand.model.world import slides_of
@@ -114,10 +115,11 @@ def find_situation(
 
 def _check(setup: Setup) -> None:
     must_model("A linear model", setup.world.mechanics, setup.actuation)
+    must_not_feel("A linear model", "controller", fields_read(setup.controller))
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:
-    plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled") for _ in range(2))
+    plant, seen = (Plant(setup.world, setup.fingertips, setup.supports, "compiled", setup.taxels) for _ in range(2))
     return plant, Probe(seen, setup.reference.start(read_start(setup.scenario)), setup.sensing)
 
 

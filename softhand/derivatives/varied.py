@@ -40,7 +40,7 @@ class Varied(NamedTuple):
         world = read_world(scenario)
         fingertips = read_fingertips(scenario, world, at.law)
         supports = read_supports(scenario, world, fingertips)
-        plant, seen = (Plant(world, fingertips, supports, "compiled") for _ in range(2))
+        plant, seen = (Plant(world, fingertips, supports, "compiled", setup.taxels) for _ in range(2))
         if not np.array_equal(remembered_in(plant), remembered_in(at.plant)) or plant.n_memory != at.plant.n_memory:
             raise ScenarioError(
                 f"parameters: {parameter.key} beside {parameter.value:g} changes what a state is made of; "

@@ -21,12 +21,15 @@ from softhand.simulation.faults import HEALTHY
 
 _ALWAYS = ("joint_position", "joint_velocity", "object_twist", "configuration", "contact_force", "internal_force")
 TOUCH = ("deformation", "contact_force", "limit_surface_use", "is_slipping")
-"""What the tactile variants see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use of
-the limit of friction, and 1 where it slips."""
+"""What the variants with touch see of each contact: four numbers of deformation [m, rad] and of force [N, N m], the use
+of the limit of friction, and 1 where it slips."""
+
+TACTILE = ("tactile_normal_force", "tactile_shear_force")
+"""What they see of each taxel [N]."""
 
 LARGEST = {
     "joint_position": 1e2, "joint_velocity": 1e3, "object_twist": 1e3, "deformation": 1e2, "contact_force": 1e4,
-    "limit_surface_use": 1e3, "is_slipping": 1.0,
+    "limit_surface_use": 1e3, "is_slipping": 1.0, "tactile_normal_force": 1e4, "tactile_shear_force": 1e4,
 }  # fmt: skip
 """Bounds of what is observed, beyond which it is cut; far beyond whatever a hand does."""
 
@@ -71,9 +74,9 @@ class Episodes:
         setup = self._variations.setup
         mass = float(setup.world.model.inertias[setup.world.object_joint].mass)
         self._draw = Draw(scenario, mass, options.randomise)
-        fields = (*_ALWAYS, *TOUCH) if options.touch else _ALWAYS
+        felt = (*(TOUCH if options.touch else ()), *(TACTILE if options.tactile else ()))
         self.worlds = Worlds(
-            setup, count, tuple(dict.fromkeys(fields)), kind.commands(setup.world.n_joints), threads
+            setup, count, tuple(dict.fromkeys((*_ALWAYS, *felt))), kind.commands(setup.world.n_joints), threads
         )  # fmt: skip
         self.goals = np.zeros((count, goals.POSE))
         self.acting: Acting = kind(self.worlds, self.goals, self.task.begins_open)
@@ -83,7 +86,7 @@ class Episodes:
         self._up = -gravity / max(float(np.linalg.norm(gravity)), 1e-12)
         self.values: list[dict[str, float]] = [{} for _ in range(count)]
         self._left, self._starts = np.zeros(count, np.int64), np.zeros((count, goals.POSE))
-        self._parts = ["joint_position", "joint_velocity", "object_twist", *(TOUCH if options.touch else ())]
+        self._parts = ["joint_position", "joint_velocity", "object_twist", *felt]
 
     def __len__(self) -> int:
         return len(self.goals)

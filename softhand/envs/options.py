@@ -15,6 +15,9 @@ from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.settings.guesses import did_you_mean
 from softhand.settings.settings import NonNegative, Positive, Settings, read_settings
 
+TAXELS = 40
+"""Of each tip, where nothing else is asked for."""
+
 
 class Options(Settings):
     """The keyword arguments of an environment."""
@@ -27,6 +30,8 @@ class Options(Settings):
     """`dense` grows on the way to the goal; `sparse` is 1 where the goal is reached, 0 elsewhere."""
     touch: bool = False
     """Whether the observation has deformation, force and slip of each contact."""
+    tactile: bool = False
+    """Whether the observation has the forces of each taxel; the tips get a skin if the scenario has none."""
     randomise: dict[str, float] = Field(default={"friction": 0.1, "mass": 0.2, "stiffness": 0.1})
     """Largest share by which `mass`, `friction`, `stiffness`, or a dotted key of the scenario, differs in a world."""
     episodes_per_world: int = 1
@@ -84,6 +89,8 @@ def scenario_of(task: Task, options: Options) -> Scenario:
     pushes = [{"force": [0.0, 0.0, 0.0], "start": 0.0, "duration": 0.1}] * task.pushes
     shared = {"duration": 3600.0, "reference": {"kind": "hold"}, "push": pushes, "stepper.terms": "compiled"}
     scenario = as_scenario(source, {**({} if is_own else task.overrides), **shared, **options.overrides})
+    if options.tactile and scenario.tactile is None:
+        scenario = scenario.replace({"tactile.count": TAXELS})
     periods = round(options.action_period / scenario.control_period)
     if periods < 1 or abs(periods * scenario.control_period - options.action_period) > 1e-9:
         raise ScenarioError(

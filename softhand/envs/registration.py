@@ -9,14 +9,14 @@ from softhand.envs.tasks import TASKS
 
 
 def register_all(register: Callable[..., None], known: Container[str]) -> None:
-    """Register `softhand/NAME-v0`, and `softhand/NAMETouch-v0` with what the tips feel, for each task.
+    """Register `softhand/NAME-v0`, `softhand/NAMETouch-v0` with what the tips feel, `...Tactile-v0` with taxels.
 
     Args:
         register: of gymnasium.
         known: names that are there already.
     """
     for name, task in TASKS.items():
-        for suffix, own in (("", {}), ("Touch", {"touch": True})):
+        for suffix, own in (("", {}), ("Touch", {"touch": True}), ("Tactile", {"tactile": True})):
             environment = f"softhand/{name}{suffix}-v0"
             options: dict[str, Any] = {"task": name, **own}
             if environment not in known:

@@ -168,7 +168,7 @@ def _evenly(count: int, wanted: int) -> list[int]:
 
 
 def _plant(setup: Setup) -> Plant:
-    return Plant(setup.world, setup.fingertips, setup.supports, "compiled")
+    return Plant(setup.world, setup.fingertips, setup.supports, "compiled", setup.taxels)
 
 
 def _of_run(setup: Setup, wanted: Sequence[int]) -> Iterator[Place]:

@@ -238,7 +238,7 @@ def _use(place: Place) -> float:
     if place.goal is None:
         return math.nan
     setup = place.setup
-    probe = Probe(Plant(setup.world, setup.fingertips, setup.supports), resting(place.goal))
+    probe = Probe(Plant(setup.world, setup.fingertips, setup.supports, taxels=setup.taxels), resting(place.goal))
     return close_gain_loop(HeldStart(probe, place.state, place.controller, place.period)).use
 
 

@@ -23,6 +23,7 @@ from softhand.numerics.straight import structure_of
 from softhand.plant.dynamics import accelerate
 from softhand.plant.resistance import Resistance, become, evaluate_resistance, resistance_of
 from softhand.plant.state import State, is_at, set_at
+from softhand.tactile.taxels import Taxels
 
 _CARRIED = ("contacts", "contact_columns", "at")
 
@@ -66,6 +67,9 @@ class Plant:
         can_slip: whether friction has a limit at any contact.
         mass_factor: factor of M after `acceleration`, shape (nv, nv).
         external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
+        taxels: of the tips, if they have any.
+        skin: the same for kernels.
+        reading: what they do to what they feel.
     """
 
     def __init__(
@@ -74,6 +78,7 @@ class Plant:
         fingertips: Sequence[Fingertip],
         supports: Sequence[Support] = (),
         terms: Literal["pinocchio", "compiled"] = "pinocchio",
+        taxels: Taxels | None = None,
     ) -> None:
         self.world = world
         self.snapshot = CompiledSnapshot(world) if terms == "compiled" else Snapshot(world)
@@ -94,10 +99,19 @@ class Plant:
         self.at = np.full(world.nq + world.nv + len(every) * self.n_memory, np.nan)
         self.external = np.zeros(world.nv)
         self.mass_factor = np.zeros((world.nv, world.nv))
+        self.taxels = taxels
+        if taxels is not None:
+            self.skin, self.reading = taxels.skin([tip.law for tip in self.fingertips]), taxels.reading()
         if isinstance(self.snapshot, CompiledSnapshot):  # kernels put the deformation into the arguments of laws
             self._structure = structure_of(self.pads), structure_of(self.snapshot.tree.joints)
 
-    def become(self, world: World, fingertips: Sequence[Fingertip], supports: Sequence[Support]) -> bool:
+    def become(
+        self,
+        world: World,
+        fingertips: Sequence[Fingertip],
+        supports: Sequence[Support],
+        taxels: Taxels | None = None,
+    ) -> bool:
         """Be a plant with compiled terms that differs in numbers alone, in the same memory and as if it were new.
 
         Returns:
@@ -108,6 +122,8 @@ class Plant:
         if not (isinstance(snapshot, CompiledSnapshot) and world.joints is self.world.joints):
             return False
         if len(every) != len(self.materials) or memory_size(every) != self.n_memory:
+            return False
+        if (0 if taxels is None else len(taxels)) != self.n_taxels:
             return False
         code = {law: compile_like(law, self._code) for law in {contact.law for contact in every}}
         pads = build_pads(world, fingertips, supports, code)
@@ -127,6 +143,11 @@ class Plant:
         )
         self.fingertips, self.supports = tuple(fingertips), tuple(supports)
         self.pads[...] = pads
+        self.taxels = taxels
+        if taxels is not None:
+            laws = [tip.law for tip in self.fingertips]
+            for array, new in zip((*self.skin, *self.reading), (*taxels.skin(laws), *taxels.reading()), strict=True):
+                array[...] = new
         self.forget()
         return True
 
@@ -134,6 +155,13 @@ class Plant:
         """Know of no state, as if new."""
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
         self.touching.depths[...], self.at[...] = np.nan, np.nan
+        if self.taxels is not None:
+            self.reading.memory[...] = 0.0
+
+    @property
+    def n_taxels(self) -> int:
+        """Taxels of each tip."""
+        return 0 if self.taxels is None else len(self.taxels)
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:

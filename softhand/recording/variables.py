@@ -20,7 +20,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint")
+LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint", "taxel")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -30,6 +30,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "deformation_component": ("dr", "dtheta", "dphi", "dpsi"),
     "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
+    "shear_component": ("f_x", "f_y"),
     "angle": ("Theta", "Phi"),
     "coordinate": ("theta", "phi", "alpha_o_1", "alpha_o_2", "psi"),
     "row": ("x", "y", "z"),
@@ -52,6 +53,7 @@ FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
 
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
+_TAXEL = (*_CONTACT, "taxel")
 
 VARIABLES: dict[str, Variable] = {
     "time": Variable(("time",), "s", "time since the start of the run"),
@@ -122,6 +124,12 @@ VARIABLES: dict[str, Variable] = {
     ),
     "support_is_slipping": Variable(_SUPPORT, "1", "1 where the step before slipped, else 0", np.int8),
     "support_slip_loss": Variable(_SUPPORT, "J", "work lost to slip since the start"),
+    "tactile_normal_force": Variable(_TAXEL, "N", "normal force of a taxel, along z of the contact frame"),
+    "tactile_shear_force": Variable(
+        (*_TAXEL, "shear_component"), "N", "shear force of a taxel on the object, along x and y of the contact frame"
+    ),
+    "tactile_slip": Variable(_TAXEL, "m/s", "speed of a taxel over the object"),
+    "penetration_depth": Variable(_TAXEL, "m", "depth of a taxel of the undeformed tip below the object's surface"),
     "external_force": Variable(
         ("time", "velocity"),
         "N m or N",

@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from softhand.errors import ScenarioError
-from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, MEASURED_PREFIX
+from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, MEASURED_PREFIX, VARIABLES
+from softhand.scenario.tactile import TactileSection
 from softhand.settings.settings import Gain, NonNegative, Positive, Settings
 
 Offset: TypeAlias = float | Annotated[tuple[float, ...], Field(min_length=1)]
@@ -156,13 +157,17 @@ def check_loop(sensing: SensingSection | None, actuation: ActuationSection | Non
 
 
 def check_variables(
-    key: str, names: Iterable[str], sensing: SensingSection | None, actuation: ActuationSection | None
+    key: str,
+    names: Iterable[str],
+    sensing: SensingSection | None,
+    actuation: ActuationSection | None,
+    tactile: TactileSection | None,
 ) -> None:
     """Variables that a run will have.
 
     Raises:
-        ScenarioError: it is as a controller sees it, or as it commands, and there are no instruments or drives; or no
-            run has it.
+        ScenarioError: it is as a controller sees it, as it commands, or what taxels feel, and there are no instruments,
+            drives or taxels; or no run has it.
     """
     is_measured = sensing is not None and bool(sensing.instruments)
     servo = actuation.servo if actuation is not None else None
@@ -179,6 +184,8 @@ def check_variables(
         elif name == COMMANDED["torque"] and (actuation is None or name != own):
             needed = "[actuation]" if actuation is None else "[actuation] without a servo that takes set points"
             example = "actuation.delay"
+        elif tactile is None and name in VARIABLES and "taxel" in VARIABLES[name].dims:
+            needed, example = "[tactile]", "tactile.count"
         else:
             continue
         message = f"{key}: {name!r} is there under {needed} alone; give that, such as {example}, or leave the name out."

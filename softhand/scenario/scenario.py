@@ -20,6 +20,7 @@ from softhand.scenario.fingertip import FingertipSection, TipSection
 from softhand.scenario.instruments import ActuationSection, SensingSection, check_loop, check_variables
 from softhand.scenario.keywords import all_keys, check_plugin_keys, full_keys
 from softhand.scenario.obstacles import ObstacleSection
+from softhand.scenario.tactile import TactileSection
 from softhand.scenario.task import (
     ControllerSection,
     GraspSection,
@@ -67,6 +68,8 @@ class Scenario(Settings):
     """What sets the joint torques."""
     reference: ReferenceSection
     """What the controller is asked for."""
+    tactile: TactileSection | None = None
+    """Taxels on the tips; there are none if not given."""
     sensing: SensingSection | None = None
     """Instruments through which the controller sees the grasp; it sees the truth if not given."""
     actuation: ActuationSection | None = None
@@ -98,7 +101,7 @@ class Scenario(Settings):
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
         check_loop(self.sensing, self.actuation, self.control_period)
-        check_variables("record.variables", self.record.variables or (), self.sensing, self.actuation)
+        check_variables("record.variables", self.record.variables or (), self.sensing, self.actuation, self.tactile)
 
     def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
         """Return a checked copy with some values changed.

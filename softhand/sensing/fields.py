@@ -31,6 +31,8 @@ class Sizes(NamedTuple):
     """supports"""
     pairs: int
     """of contacts that an internal force acts between"""
+    taxels: int = 0
+    """taxels of each tip"""
 
 
 RECORDED = {
@@ -64,6 +66,10 @@ RECORDED = {
     "object_position_desired": "3",
     "object_rpy_desired": "3",
     "internal_force_desired": "pairs",
+    "tactile_normal_force": "nc taxels",
+    "tactile_shear_force": "nc taxels 2",
+    "tactile_slip": "nc taxels",
+    "penetration_depth": "nc taxels",
 }
 """Shape of each field that a recording keeps, in the letters of `Sizes`. They come first: a sample is one copy."""
 

@@ -21,6 +21,7 @@ from softhand.sensing.observation import Observation
 from softhand.sensing.quantities import QUANTITIES, ROTATION, Quantity, Sensing, counts, items_of
 from softhand.sensing.seen import Observed, Parts, Seen, see_measured
 from softhand.sensing.sensor import Sensor, Wanted
+from softhand.tactile.field import Felt
 
 NEEDED = frozenset(Observed._fields)
 """Fields of the true observation that are measured."""
@@ -79,6 +80,10 @@ class Instruments:
         self.truth = self._parts(self.chain.truth)
         self._period = np.zeros(1, np.int64)
         self._see = prepared(see_measured, *self.arguments(self._period, FIELDS))
+        self._felt = [pick(Felt, one._views) for one in ((truth, self.observation) if plant.n_taxels else ())] or (
+            (),
+            (),
+        )
 
     def arguments(self, period: AnyArray, fields: Iterable[str]) -> tuple[object, ...]:
         """Those of `see_measured`.
@@ -102,6 +107,8 @@ class Instruments:
         """
         self._period[0] = period
         self._see()
+        for felt, seen in zip(*self._felt, strict=True):
+            seen[...] = felt
         self.observation.__dict__["time"] = self.observation._views.clock[0] = self._truth.time
         return self.observation
 

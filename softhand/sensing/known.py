@@ -33,6 +33,8 @@ class Known:
     """As in `World`."""
     palm_columns: NDArray[np.int64]
     """Joints or motors that move the palm, from the base outward."""
+    taxels: Array | None
+    """Where they are on each tip, unit vectors in F, shape (taxels, 3); None without."""
 
     @classmethod
     def of(cls, plant: Plant, pairs: int) -> Known:
@@ -40,7 +42,7 @@ class Known:
         world = plant.world
         inertia: pin.Inertia = world.model.inertias[world.object_joint]
         known = cls(
-            Sizes(world.n_joints, world.nq, world.n_tips, len(plant.supports), pairs),
+            Sizes(world.n_joints, world.nq, world.n_tips, len(plant.supports), pairs, plant.n_taxels),
             plant.fingertips,
             tuple(tip.name for tip in world.tips),
             world.effort_limit.copy(),
@@ -51,9 +53,11 @@ class Known:
             plant.rigid,
             world.palm_joint,
             np.array(world.columns_of(world.palm_joint), dtype=np.int64),
+            None if plant.taxels is None else plant.taxels.places.copy(),
         )
         for array in (
             known.effort_limit, known.is_continuous, known.object_lever, known.gravity, known.palm_columns,
+            *([] if known.taxels is None else [known.taxels]),
         ):  # fmt: skip
             array.flags.writeable = False
         return known

@@ -109,6 +109,14 @@ class Observation:
     """1 where the last step slipped, shape (ns,)."""
     support_slip_loss: Array
     """Work that the slip of each has lost [J], shape (ns,)."""
+    tactile_normal_force: Array
+    """Normal force of each taxel [N], along z_C, shape (nc, taxels); no taxels without the section [tactile]."""
+    tactile_shear_force: Array
+    """Shear force of each taxel on the object [N], along x_C and y_C, shape (nc, taxels, 2)."""
+    tactile_slip: Array
+    """Speed of each taxel over the object, of the slip of the last step [m/s], shape (nc, taxels)."""
+    penetration_depth: Array
+    """How deep each taxel of the undeformed tip lies below the surface of the object [m], shape (nc, taxels)."""
     internal_force: Array
     """f_N = K^+ f_C, between each pair of contacts [N], shape (np,)."""
     internal_force_basis: Array

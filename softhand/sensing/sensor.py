@@ -50,6 +50,7 @@ from softhand.sensing.groups import (
 from softhand.sensing.internal_forces import internal_forces
 from softhand.sensing.known import Known
 from softhand.sensing.observation import Observation
+from softhand.tactile.field import Felt, feel
 
 
 class Body(NamedTuple):
@@ -126,6 +127,7 @@ class Sensor:
         self.block = np.zeros(room(known.sizes)) if block is None else block
         self.observation = Observation(known, self.block, is_live=True)
         self.groups = tuple(pick(group, self.observation._views) for group in GROUPS)
+        self.felt = pick(Felt, self.observation._views)
         self._state: State | None = None
 
     def become(self) -> bool:
@@ -143,6 +145,8 @@ class Sensor:
         if not self._observe(True):
             self._plant.snapshot.sense(state.q)
             self._observe(False)
+        if self._plant.taxels is not None:
+            self._feel()
         self.observation.__dict__["time"] = self.observation._views.clock[0] = time
         return self.observation
 
@@ -161,6 +165,8 @@ class Sensor:
             parts_of(FIELDS),
             varying=(True,),
         )
+        if plant.taxels is not None:
+            self._feel = prepared(feel, plant.skin, plant.pads, plant.contacts, plant.snapshot.terms.poses, self.felt)
 
 
 @compiled

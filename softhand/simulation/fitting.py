@@ -13,7 +13,7 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.steppers.stepper import Integration
 
-_OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state")
+_OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state", "taxels")
 
 
 def must_fit(state: State, mine: State, plant: Plant, integration: Integration, loop: Mapping[str, AnyArray]) -> None:
@@ -43,7 +43,7 @@ def must_fit(state: State, mine: State, plant: Plant, integration: Integration, 
     for what, carried, own in (
         ("plant", state.carried.plant, plant.carry()),
         ("stepper", state.carried.stepper, integration.carry()),
-        ("[sensing] or [actuation]", remembered, loop),
+        ("[sensing], [actuation] or [tactile]", remembered, loop),
     ):
         if _layout(carried) != _layout(own):
             again = "State(state.q, state.v, state.z, state.time) starts afresh from it"

@@ -32,6 +32,7 @@ from softhand.simulation.keep import Keep
 from softhand.simulation.pushes import OBJECT, Push, Pushes, Vector3
 from softhand.simulation.regulated import notes_of
 from softhand.simulation.samples import Samples
+from softhand.simulation.touched import Touched
 from softhand.steppers.stepper import Stepper
 
 Progress = Callable[[float], None]
@@ -113,6 +114,7 @@ class Simulation:
         if sensing is not None:
             self._instruments = Instruments(plant, self.truth, sensing, reference.desired)
             self.observation = self._instruments.observation
+        self._touch = Touched(plant, self.truth) if plant.taxels is not None else None
         with blaming(f"stepper '{type(stepper).__name__}'", "stepper.name"):
             self.integration = stepper.start(plant)
         self._actuators = Actuators(
@@ -139,6 +141,7 @@ class Simulation:
         """
         state = self._start if state is None else state
         loop = {**self._actuators.carry(0), **(self._instruments.carry(0) if self._instruments else {})}
+        loop |= self._touch.carry() if self._touch else {}
         must_fit(state, self.state, self.plant, self.integration, loop)
         self._k = periods_until(state.time, self._period)
         self.state.assign(state)
@@ -147,6 +150,8 @@ class Simulation:
         self._actuators.reset()
         if self._instruments:
             self._instruments.forget()
+        if self._touch:
+            self._touch.forget()
         self._pushes.clear()
         self._Theta[:], self.plant.at[0], self.plant.external[:] = np.nan, np.nan, 0.0
         self._turns: dict[str, Array] = {}
@@ -176,6 +181,8 @@ class Simulation:
         loop |= self._actuators.carry(self._k)
         if self._instruments:
             loop |= self._instruments.carry(self._k)
+        if self._touch:
+            loop |= self._touch.carry()
         carried = Carried(self.plant.carry(), self.integration.carry(), loop, memory, self.plant.names)
         return State(self.state.q.copy(), self.state.v.copy(), self.state.z.copy(), self.time, carried)
 
@@ -209,6 +216,8 @@ class Simulation:
         fault, finger = self._find_fault()
         if fault != HEALTHY:
             raise stopped(fault, finger, self.plant, self._last_good(), self._is_limited)
+        if self._touch:
+            self._touch.read(self._k)
         if self._instruments:
             observation = self._instruments.see(self._k)
         if self._asking is not None:
@@ -337,6 +346,8 @@ class Simulation:
         self._actuators.resume(carried.loop)
         if self._instruments:
             self._instruments.resume(carried.loop["instruments"])
+        if self._touch:
+            self._touch.resume(carried.loop["taxels"])
         self._turns = {name[6:]: turns for name, turns in carried.loop.items() if name.startswith("turns ")}
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))

@@ -16,6 +16,8 @@ from softhand.viewer.scene.scene import Cast, Scene
 
 _HEADROOM = 1.5  # of a live scene, over the forces at its start
 
+_SHARE = 0.04  # of a force, of the strongest taxel, where nothing is pressed yet
+
 
 def live_scene(plant: Plant, first: Moment) -> Scene:
     """The scene of a plant that runs now; its first moment sets the scales.
@@ -37,10 +39,15 @@ def live_scene(plant: Plant, first: Moment) -> Scene:
         SLIP_HOLD if any(tip.can_slip for tip in plant.fingertips) else None,
         world.coupling.table if world.coupling is not None else None,
         obstacles=_obstacles_of(plant),
+        taxels=None if plant.taxels is None else plant.taxels.places,
     )
     weight = float(world.model.inertias[world.object_joint].mass * np.linalg.norm(world.gravity))
     tips, internal, supports = first.contact_force, first.internal_force, first.support_force
-    return Scene(cast, fit_scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight))
+    scales = fit_scales(_HEADROOM * tips, _HEADROOM * internal, _HEADROOM * supports, cast.radii, weight)
+    if plant.n_taxels:
+        felt = float(first.tactile_normal_force.max(initial=0.0))
+        scales = scales._replace(taxel=max(_HEADROOM * felt, _SHARE * scales.force))
+    return Scene(cast, scales)
 
 
 def _obstacles_of(plant: Plant) -> tuple[tuple[str, Shape], ...]:

@@ -22,4 +22,5 @@ def observed_moment(observation: Observation, plant: Plant) -> Moment:
         **contacts,
         support_point=supports["point"].copy(),
         support_force=forces_in_world(supports["rotation"], supports["force"]),
+        tactile_normal_force=observation.tactile_normal_force.copy(),
     )

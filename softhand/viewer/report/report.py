@@ -22,6 +22,7 @@ from softhand.version import __version__
 from softhand.viewer.page.assets import LICENCES, page_file, three_file
 from softhand.viewer.report.curves import blocks_of, finger_names, samples_of
 from softhand.viewer.report.packing import pack_film
+from softhand.viewer.report.pads import pads_html
 from softhand.viewer.report.store import Data, Store
 from softhand.viewer.scene.scales import shared_scales
 
@@ -93,7 +94,7 @@ def report_page(
         "blocks": blocks,
         "arrays": store.text(),
     }
-    return _fill(data)
+    return _fill(data, "" if film_only else pads_html(recordings))
 
 
 def _runs_of(store: Store, recordings: Sequence[Recording], rate: float, most: int, progress: Progress) -> list[Data]:
@@ -125,9 +126,10 @@ def _text_of(recording: Recording) -> Data:
     }
 
 
-def _fill(data: Data) -> str:
+def _fill(data: Data, pads: str) -> str:
     """The page with everything put into it."""
     parts = {name: page_file(name) for name in ("report.css", "chart.css", "stage.js", "chart.js", "report.js")}
+    parts["pads"] = pads
     parts["three"] = three_file()
     parts["licences"] = _as_data(json.loads(three_file(LICENCES)))
     parts["data"] = _as_data(data)

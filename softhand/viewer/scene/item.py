@@ -21,6 +21,7 @@ LAYERS: dict[str, str] = {
     "table": "Table",
     "obstacles": "Obstacles",
     "tips": "Fingertips",
+    "taxels": "Taxels",
     "forces": "Contact forces",
     "supports": "Support forces",
     "slip": "Slip",

@@ -47,6 +47,11 @@ def make_legend(scales: Scales, slip_hold: float | None) -> list[Entry]:
         Entry("How it gives way to a force, longest softest", (palette.GIVES,), "stiffness"),
         Entry("How a couple turns it, longest softest", (palette.TURNS,), "stiffness"),
     ]
+    if scales.taxel:
+        felt = Entry(
+            "Taxel, normal force", tuple(palette.pressure_colours(3)), "taxels", ("0", f"{scales.taxel:.2g}\u00a0N")
+        )
+        entries.insert(5, felt)
     if slip_hold is None:
         beyond = Entry("Friction use above 1: a real tip would slip", (palette.SLIPPING,), "forces")
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,8 @@ class Moment:
     """Shape (ns, 3)."""
     support_force: Array
     """As recorded, on the base of each support, but in the world [N], shape (ns, 3)."""
+    tactile_normal_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    """Of the taxels [N], shape (nc, taxels)."""
 
     @property
     def distance(self) -> Array:

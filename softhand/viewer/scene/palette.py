@@ -26,6 +26,8 @@ RAMP = (rgb("#009E73"), rgb("#F0E442"), rgb("#D55E00"))
 SLIPPING = rgb("#7a0026")
 GIVES, TURNS = rgb("#7b3fa0"), rgb("#a8155f")
 SLIP, SUPPORT = rgb("#e4002b"), rgb("#5b4a8a")
+UNFELT = rgb("#6b4632")
+PRESSURE = (rgb("#bcd7f0"), rgb("#3f87c6"), rgb("#0b2a5b"))
 _ROUNDED = 1e-9  # a tip that slips is on the limit
 
 
@@ -35,6 +37,14 @@ def use_colour(use: float) -> Colour:
         return SLIPPING
     red, green, blue = (np.interp(max(use, 0.0), (0.0, 0.5, 1.0), [c[k] for c in RAMP]) for k in range(3))
     return float(red), float(green), float(blue)
+
+
+def pressure_colours(count: int) -> list[Colour]:
+    """From a light to a dark blue, for what taxels feel."""
+    red, green, blue = (
+        np.interp(np.linspace(0.0, 1.0, count), (0.0, 0.5, 1.0), [c[k] for c in PRESSURE]) for k in range(3)
+    )
+    return [(float(r), float(g), float(b)) for r, g, b in zip(red, green, blue, strict=True)]
 
 
 def paler(colour: Colour, share: float) -> Colour:

@@ -22,11 +22,12 @@ from softhand.scenario.bodies import CouplingSection
 from softhand.scenario.file import resolve_path
 from softhand.scenario.obstacles import ObstacleSection
 from softhand.settings.settings import read_settings
+from softhand.tactile.pattern import taxel_pattern
 from softhand.viewer.scene.ellipsoids import Ellipsoids
 from softhand.viewer.scene.item import Update
 from softhand.viewer.scene.moment import Past
 from softhand.viewer.scene.parts.table import Plane
-from softhand.viewer.scene.samples import recorded_moment
+from softhand.viewer.scene.samples import FELT, recorded_moment
 from softhand.viewer.scene.scales import Scales, radii_of, shared_scales
 from softhand.viewer.scene.scene import Cast, Scene
 
@@ -91,7 +92,16 @@ def _cast_of(recording: Recording, slip_hold: float) -> Cast:
         slip_hold if _can_slip(recording, scenario) else None,
         _coupling_of(scenario),
         obstacles=_obstacles_of(scenario),
+        taxels=recorded_taxels(recording),
     )
+
+
+def recorded_taxels(recording: Recording) -> Array | None:
+    """Places of the taxels of a recording, unit vectors in the frame of a tip, shape (taxels, 3); None if none."""
+    if FELT not in recording.variables:
+        return None
+    kind = scenario_of(recording).at("tactile", "pattern")
+    return taxel_pattern(len(recording.labels["taxel"]), "fibonacci" if kind is None else str(kind))
 
 
 def _coupling_of(scenario: RecordedScenario) -> CouplingTable | None:

@@ -15,6 +15,7 @@ from softhand.viewer.scene.poses import pose_of
 _NEEDED = (
     "joint_position", "object_position", "object_rpy", *CONTACT_FIELDS, "object_position_desired", "object_rpy_desired",
 )  # fmt: skip
+FELT = "tactile_normal_force"
 _SUPPORT = "support_point", "support_rotation", "support_force"
 
 
@@ -48,6 +49,7 @@ def recorded_moment(recording: Recording, k: int) -> Moment:
         **{name: row[name] for name in CONTACT_FIELDS},
         support_point=point,
         support_force=force,
+        tactile_normal_force=recording[FELT][k] if FELT in recording.variables else np.zeros((0, 0)),
     )
 
 

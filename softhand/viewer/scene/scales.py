@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand.numerics.arrays import Array
 from softhand.recording.recording import Recording
-from softhand.viewer.scene.samples import check_viewable, recorded_moment
+from softhand.viewer.scene.samples import FELT, check_viewable, recorded_moment
 
 _LIVE_LOAD = 2.0  # least room for the force of a tip, over the object's weight: fingers may be open at the start
 
@@ -25,6 +25,8 @@ class Scales(NamedTuple):
     """[N]"""
     support_force: float
     """[N]"""
+    taxel: float = 0.0
+    """Of one taxel [N]; 0 where there are none."""
 
 
 def shared_scales(recordings: Sequence[Recording]) -> Scales:
@@ -37,7 +39,9 @@ def shared_scales(recordings: Sequence[Recording]) -> Scales:
     for recording in recordings:
         check_viewable(recording)
         supports = recording.variables.get("support_force", np.zeros(3))[..., :3]
-        each.append(fit_scales(recording.contact_force, recording.internal_force, supports, radii_of(recording)))
+        found = fit_scales(recording.contact_force, recording.internal_force, supports, radii_of(recording))
+        felt = recording.variables.get(FELT)
+        each.append(found if felt is None else found._replace(taxel=_largest(felt, 1e-6)))
     return Scales(*map(max, zip(*each, strict=True)))
 
 

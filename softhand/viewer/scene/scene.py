@@ -32,6 +32,7 @@ from softhand.viewer.scene.parts.obstacles import Obstacles
 from softhand.viewer.scene.parts.slips import Slips
 from softhand.viewer.scene.parts.stiffness import Stiffness
 from softhand.viewer.scene.parts.table import Plane, Table
+from softhand.viewer.scene.parts.taxels import Taxels
 from softhand.viewer.scene.parts.tips import Tips
 from softhand.viewer.scene.parts.torsion import Torsion
 from softhand.viewer.scene.parts.trails import Trails
@@ -62,6 +63,7 @@ class Cast:
         coupling: of the hand's joints to motors, beside what its URDF says.
         stiffness: how the object gives way, from which time on.
         obstacles: name and shape in the world of each.
+        taxels: places of the taxels on each tip, unit vectors in its frame, if any.
     """
 
     hand: Urdf
@@ -76,6 +78,7 @@ class Cast:
     coupling: CouplingTable | None = None
     stiffness: tuple[Ellipsoids, ...] = ()
     obstacles: tuple[tuple[str, Shape], ...] = ()
+    taxels: Array | None = None
 
 
 class Scene:
@@ -135,6 +138,7 @@ class Scene:
             Hand(self.skeleton, hand, tips, unit),
             Object(body, unit),
             Tips(self.skeleton, tips, cast.radii, [self._colour(hand, tip) for tip in tips]),
+            *([] if cast.taxels is None else [Taxels(self.skeleton, tips, cast.radii, cast.taxels, scales.taxel)]),
             Forces(tips, unit, 3.2 * unit / scales.force),
             Supports(cast.supports, [name for name, _ in cast.obstacles], unit, 2.0 * unit / scales.support_force),
             Slips(tips if cast.slip_hold else [], unit, cast.slip_hold or 0.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from softhand.tactile.tip_shape import Indentation
 from softhand.viewer.scene.item import Part, Update, item
 from softhand.viewer.scene.moment import Moment, Past
 from softhand.viewer.scene.palette import DISC, NET, Colour
@@ -11,7 +12,6 @@ from softhand.viewer.scene.poses import stretched
 from softhand.viewer.scene.shapes.mesh import Mesh
 from softhand.viewer.scene.shapes.solids import disc
 from softhand.viewer.scene.shapes.tip_mesh import net_segments, tip_faces, tip_net, tip_surface
-from softhand.viewer.scene.shapes.tip_shape import Indentation
 from softhand.viewer.scene.skeleton import Skeleton
 
 _ABOVE = 0.03  # of the radius: how far the disc is lifted off the face, so that it does not flicker in it

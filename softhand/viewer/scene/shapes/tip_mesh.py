@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand.numerics.arrays import Array
+from softhand.tactile.tip_shape import Indentation, deformed, material_axes
 from softhand.viewer.scene.shapes.mesh import Faces, grid_faces
-from softhand.viewer.scene.shapes.tip_shape import Indentation, deformed, material_axes
 
 _SPOKES = 48
 _DISC_RINGS = 6
