@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from itertools import islice
 from threading import Event
 from typing import Any
@@ -17,7 +17,7 @@ _TRIES = 3  # of a chunk whose worker is lost; Dask itself gives each of them fo
 _CONNECT, _PATIENCE = "20s", "2s"
 
 
-def in_cluster(store: Store, chunks: Iterable[int], scheduler: str) -> Iterator[Entry]:
+def in_cluster(store: Store, chunks: Iterable[int], scheduler: str) -> Generator[Entry, None, None]:
     """Make chunks on a cluster; entries come as they are done, in any order.
 
     Args:
@@ -63,7 +63,7 @@ def thread_count(client: Any) -> int:
     return max(sum(client.nthreads().values()), 1)
 
 
-def _as_done(client: Any, store: Store, rest: Iterator[int]) -> Iterator[Entry]:
+def _as_done(client: Any, store: Store, rest: Iterator[int]) -> Generator[Entry, None, None]:
     from distributed import CancelledError, KilledWorker, as_completed
 
     tries: Counter[int] = Counter()

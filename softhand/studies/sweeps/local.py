@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from threading import Event
@@ -13,7 +13,7 @@ from softhand.studies.sweeps.store import Entry
 _AHEAD = 2  # chunks for each thread that are handed out
 
 
-def in_threads(work: Work, chunks: Iterable[int], threads: int) -> Iterator[Entry]:
+def in_threads(work: Work, chunks: Iterable[int], threads: int) -> Generator[Entry, None, None]:
     """Make chunks in threads; entries come as they are done, in any order.
 
     Whatever ends the caller ends the runs that are under way as well: their chunks are as if they had not begun.

@@ -124,11 +124,14 @@ class Sweep:
         return self.study.sample.method == "saltelli" and alone
 
     def worst(self, most: int = 5) -> list[int]:
-        """Numbers of the worst runs: those that were lost, the earliest first, then others, the worst first.
+        """Numbers of the worst runs.
 
-        These are the ones that miss the limits by most; where there are no limits, those of the largest first outcome.
+        First those that were lost on the way, the earliest first; then those that miss the limits by most, or, without
+        limits, have the largest first outcome; last those that could not begin.
         """
-        return [int(run) for run in np.lexsort((-self._missed, ~self._is_lost))[:most]]
+        begun = self.stop_time > 0.0
+        rank = np.where(self._is_lost, np.where(begun, 0, 2), np.where(self.success, 3, 1))
+        return [int(run) for run in np.lexsort((-self._missed, rank))[:most]]
 
     @cached_property
     def _is_lost(self) -> AnyArray:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import closing
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -214,9 +215,10 @@ def _make(store: Store, done: dict[int, Entry], threads: int, scheduler: str | N
     count = sum(entry.runs for entry in done.values())
     progress(count, store.runs)
     try:
-        for entry in _entries(store, missing, threads, scheduler):
-            count += entry.runs
-            progress(count, store.runs)
+        with closing(_entries(store, missing, threads, scheduler)) as entries:
+            for entry in entries:
+                count += entry.runs
+                progress(count, store.runs)
     except (KeyboardInterrupt, SweepStopped, RecordingError) as error:
         is_ctrl_c = isinstance(error, KeyboardInterrupt)
         why = "interrupted:" if is_ctrl_c else f"{str(error).rstrip('.')}."
@@ -226,7 +228,7 @@ def _make(store: Store, done: dict[int, Entry], threads: int, scheduler: str | N
         ) from error  # fmt: skip
 
 
-def _entries(store: Store, missing: list[int], threads: int, scheduler: str | None) -> Iterator[Entry]:
+def _entries(store: Store, missing: list[int], threads: int, scheduler: str | None) -> Generator[Entry, None, None]:
     if scheduler is None:
         return in_threads(Work(store), missing, min(threads, len(missing)))
     return cluster.in_cluster(store, missing, scheduler)
