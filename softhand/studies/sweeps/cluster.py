@@ -14,7 +14,7 @@ from softhand.studies.sweeps.store import Entry, Store
 
 _AHEAD = 4  # chunks for each thread of the cluster that are handed out: the scheduler never sees the others
 _TRIES = 3  # of a chunk whose worker is lost; Dask itself gives each of them four
-_CONNECT, _PATIENCE = "20s", "2s"
+_CONNECT, _WAIT, _PATIENCE = "20s", "120s", "2s"
 
 
 def in_cluster(store: Store, chunks: Iterable[int], scheduler: str) -> Generator[Entry, None, None]:
@@ -49,13 +49,22 @@ def connect(scheduler: str) -> Any:
             key="scheduler", value=scheduler,
         ) from error  # fmt: skip
     try:
-        return Client(scheduler, timeout=_CONNECT, set_as_default=False)
+        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise StudyError(
             f"{scheduler}: no scheduler of Dask answers there: {error}; start one with `dask scheduler`, and workers "
             "with `dask worker`.",
             key="scheduler", value=scheduler,
         ) from error  # fmt: skip
+    try:
+        client.wait_for_workers(1, timeout=_WAIT)
+    except TimeoutError as error:
+        client.close(timeout=_PATIENCE)
+        raise StudyError(
+            f"{scheduler}: no worker has come within {_WAIT}; start some with `dask worker {scheduler}`.",
+            key="scheduler", value=scheduler,
+        ) from error  # fmt: skip
+    return client
 
 
 def thread_count(client: Any) -> int:
@@ -79,7 +88,8 @@ def _as_done(client: Any, store: Store, rest: Iterator[int]) -> Generator[Entry,
         chunk_of[future.key] = chunk
         return future
 
-    futures = as_completed([submit(chunk) for chunk in islice(rest, _AHEAD * thread_count(client))])
+    futures = as_completed(loop=client.loop)  # holds no chunk that is done: a lost worker would have to repeat it
+    futures.update([submit(chunk) for chunk in islice(rest, _AHEAD * thread_count(client))])
     for future in futures:
         chunk = chunk_of.pop(future.key)
         try:
@@ -102,7 +112,8 @@ def _as_done(client: Any, store: Store, rest: Iterator[int]) -> Generator[Entry,
 
 
 def make(folder: str, digest: str, chunk: int) -> dict[str, Any]:
-    """The task: one chunk on a worker, by its number alone."""
-    entry = work_in(folder, digest).run(chunk, Event())
+    """The task: one chunk on a worker, by its number alone; one that a lost worker has written is not made again."""
+    work = work_in(folder, digest)
+    entry = work.store.entry(chunk) or work.run(chunk, Event())
     assert entry is not None
     return entry._asdict()

@@ -129,8 +129,8 @@ class Sweep:
         First those that were lost on the way, the earliest first; then those that miss the limits by most, or, without
         limits, have the largest first outcome; last those that could not begin.
         """
-        begun = self.stop_time > 0.0
-        rank = np.where(self._is_lost, np.where(begun, 0, 2), np.where(self.success, 3, 1))
+        is_good = self.success & bool(self.study.success)
+        rank = np.where(self._is_lost, np.where(self.stop_time > 0.0, 0, 2), np.where(is_good, 3, 1))
         return [int(run) for run in np.lexsort((-self._missed, rank))[:most]]
 
     @cached_property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from hashlib import sha256
 from importlib.metadata import version
@@ -126,17 +126,19 @@ class Store:
         write_whole(self._line(chunk), lambda: text.encode())
         return entry
 
-    def entries(self) -> Iterator[Entry]:
-        """Chunks that are done, and are on the disk as they were written."""
-        for chunk in range(self.chunks):
-            try:
-                entry = Entry(**json.loads(self._line(chunk).read_text()))
-            except (OSError, ValueError, TypeError):
-                continue
-            if all(
-                checksum(self.group, name, self.layouts[name], chunk) == own for name, own in entry.checksums.items()
-            ):
-                yield entry
+    def entry(self, chunk: int) -> Entry | None:
+        """The line of a chunk that is done, and is on the disk as it was written; else None."""
+        try:
+            entry = Entry(**json.loads(self._line(chunk).read_text()))
+        except (OSError, ValueError, TypeError):
+            return None
+        is_whole = all(self._checksum(name, chunk) == own for name, own in entry.checksums.items())
+        return entry if is_whole else None
+
+    def entries(self) -> dict[int, Entry]:
+        """Those of all chunks that are done."""
+        found = ((chunk, self.entry(chunk)) for chunk in range(self.chunks))
+        return {chunk: entry for chunk, entry in found if entry is not None}
 
     def read(self, name: str) -> AnyArray:
         """An array of all runs, its fill value where they are not done."""

@@ -81,7 +81,7 @@ def sweep(
             _check_same(store, studied, chunk)
             mend(store)
         count = thread_count(threads)
-        done = {entry.chunk: entry for entry in store.entries()} if store else {}
+        done = store.entries() if store else {}
         if store is None or len(done) < store.chunks:
             if store is None:
                 store = _new(folder, studied, chunk, _at_work(scheduler, count))
@@ -158,7 +158,7 @@ def _labels(studied: Studied) -> dict[str, Any]:
 def _check_names(studied: Studied) -> None:
     """Names of outcomes beside those that a store has anyway."""
     taken = {"run", "point", "repeat", "seed", "outcome", "stop_time", "message", "success", "time"}
-    taken |= {*studied.study.vary, *studied.study.keep.variables, *VARIABLES}
+    taken |= {*studied.study.vary, *studied.study.keep.variables}
     for name in studied.study.outcomes:
         if name in taken or not name.isidentifier():
             why = "is taken by the store" if name in taken else "is no name of letters, digits and _"
@@ -222,6 +222,7 @@ def _make(store: Store, done: dict[int, Entry], threads: int, scheduler: str | N
     except (KeyboardInterrupt, SweepStopped, RecordingError) as error:
         is_ctrl_c = isinstance(error, KeyboardInterrupt)
         why = "interrupted:" if is_ctrl_c else f"{str(error).rstrip('.')}."
+        count = sum(entry.runs for entry in store.entries().values())  # others than those that were told of, too
         raise SweepStopped(
             f"{why} {count} of {store.runs} runs are done and kept in {store.folder}; the same command goes on.",
             reason="interrupted" if is_ctrl_c else "lost", done=count, runs=store.runs, folder=store.folder,
