@@ -10,6 +10,7 @@ import typer
 from softhand.commands.app import command
 from softhand.commands.console import Printer, progress, say_compiling
 from softhand.commands.options import Json, Plugins, Quiet
+from softhand.commands.places import check_folder, write_text
 
 if TYPE_CHECKING:
     from softhand.studies.sweeps.result import Sweep
@@ -47,6 +48,7 @@ def sweep(
     The runs are kept in FOLDER/runs.zarr a chunk at a time. What was interrupted goes on by the same command. Writes
     figures, runs.csv and worst/, the scenarios of the worst runs.
     """
+    check_folder(out)
     say_compiling(quiet)
     from softhand.plots.style import save_figure
     from softhand.studies.sweeps.figures import draw_all
@@ -58,8 +60,6 @@ def sweep(
         swept = run(study, out, threads, scheduler, chunk, shown)
     if not shown.worked:
         printer.say(f"all {len(swept)} runs are there already", "note")
-    from softhand.commands.places import write_text
-
     files = write_worst(swept, worst)
     names = []
     for name, figure in draw_all(swept, worst).items():
