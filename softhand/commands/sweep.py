@@ -144,7 +144,7 @@ def _spread(values: Any) -> tuple[float, float, float]:
     import numpy as np
 
     there = values[np.isfinite(values)]
-    return tuple(np.percentile(there, (5.0, 50.0, 95.0))) if len(there) else (float("nan"),) * 3  # type: ignore[return-value]
+    return tuple(np.percentile(there, (5.0, 50.0, 95.0))) if len(there) else (float("nan"),) * 3
 
 
 def _varied(swept: Sweep, run: int) -> dict[str, Any]:

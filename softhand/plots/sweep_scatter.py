@@ -80,7 +80,7 @@ def _spread(key: Varied) -> Any:
 
 
 def _draw_side(axes: Axes, key: Varied, kinds: Sequence[AnyArray], orientation: Any) -> None:
-    edges = key.edges() if key.is_grid else _even(key)
+    edges: Any = key.edges() if key.is_grid else _even(key)
     axes.hist([key.places[which] for which in kinds], bins=edges, stacked=True, orientation=orientation,
               color=[color for _, color, _ in _KINDS], rwidth=0.9)  # fmt: skip
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event
 from typing import Any
 
@@ -31,6 +32,7 @@ from softhand.studies.sweeps.store import Entry, Store, digest_of, find_store, m
 CHUNK = 1.0
 """Processor time of a chunk that is aimed at [s]: long beside what it costs to hand one out, short to lose."""
 
+_HANDING = 0.005  # [s] of a chunk for each thread: five times what a scheduler takes to hand one out
 _PROBES = 5  # runs by which the time of one is told
 _EACH = 4  # chunks for each thread, at least
 _MOST = 10_000  # runs in a chunk
@@ -119,19 +121,23 @@ def _new(folder: Path, studied: Studied, chunk: int | None, threads: int) -> Sto
 
 
 def _chunk(study: Study, base: Scenario, threads: int) -> int:
-    """Runs that take about `CHUNK`, by the first of them; fewer where all threads would not have their share."""
-    from tempfile import TemporaryDirectory
+    """Runs that take about `CHUNK`, by the first of them; fewer where all threads would not have their share.
 
+    With many threads chunks are longer, so that the scheduler has no more to do than it can, see docs/scale.md.
+    """
     bare = study.model_copy(update={"keep": study.keep.model_copy(update={"variables": ()})})
+    whole: list[float] = []
+    others: list[float] = []
     with TemporaryDirectory() as place:
         work = Work(make_store(Path(place), bare, base, _MOST, {}))
-        runs, whole, others = work.store.runs, [], []
+        runs = work.store.runs
         for run in range(min(_PROBES, runs)):
             begun = time.thread_time()
             is_whole = work.one(run, Event()).outcome.reason == FINISHED
             (whole if is_whole else others).append(time.thread_time() - begun)
     one = max(min(whole or others), 1e-6)  # the first compiles
-    return max(1, min(int(CHUNK / one), -(-runs // (_EACH * threads)), _MOST))
+    length = max(CHUNK, _HANDING * threads)
+    return max(1, min(int(length / one), -(-runs // (_EACH * threads)), _MOST))
 
 
 def _labels(studied: Studied) -> dict[str, Any]:
