@@ -43,7 +43,7 @@ def sweep(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run a study: a scenario many times, on grids or samples of its keys.
+    """Run a scenario many times, over grids or samples of its keys.
 
     The runs are kept in FOLDER/runs.zarr a chunk at a time. What was interrupted goes on by the same command. Writes
     figures, runs.csv and worst/, the scenarios of the worst runs.

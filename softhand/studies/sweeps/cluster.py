@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from collections.abc import Generator, Iterable, Iterator
 from itertools import islice
@@ -14,6 +15,7 @@ from softhand.studies.sweeps.store import Entry, Store
 
 _AHEAD = 4  # chunks for each thread of the cluster that are handed out: the scheduler never sees the others
 _TRIES = 3  # of a chunk whose worker is lost; Dask itself gives each of them four
+_LATE = (TimeoutError, asyncio.TimeoutError)  # two before Python 3.11
 _CONNECT, _WAIT, _PATIENCE = "20s", "120s", "2s"
 
 
@@ -50,7 +52,7 @@ def connect(scheduler: str) -> Any:
         ) from error  # fmt: skip
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
+    except (OSError, *_LATE, ValueError) as error:
         raise StudyError(
             f"{scheduler}: no scheduler of Dask answers there: {error}; start one with `dask scheduler`, and workers "
             "with `dask worker`.",
@@ -58,7 +60,7 @@ def connect(scheduler: str) -> Any:
         ) from error  # fmt: skip
     try:
         client.wait_for_workers(1, timeout=_WAIT)
-    except TimeoutError as error:
+    except _LATE as error:
         client.close(timeout=_PATIENCE)
         raise StudyError(
             f"{scheduler}: no worker has come within {_WAIT}; start some with `dask worker {scheduler}`.",

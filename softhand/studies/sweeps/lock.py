@@ -28,12 +28,14 @@ def locked(folder: Path) -> Iterator[None]:
         try:
             if fcntl is not None:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+        except BlockingIOError as error:
             lock.seek(0)
             who = lock.read(200).strip() or "another process"
             raise StudyError(
                 f"{folder}: {who} is at work in it; wait for it, or choose another folder with --out.", file=folder
             ) from error
+        except OSError:  # a file system without locks
+            pass
         lock.truncate(0)
         lock.write(f"process {os.getpid()} on {socket.gethostname()}")
         lock.flush()
