@@ -22,8 +22,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "runs": (
         "Runs",
         "One run, many runs, and what they leave behind. Numbers are SI: m, kg, s, N, rad.",
-        ("simulate", "build", "Simulation", "rollout", "Runs", "compare", "Scenario", "load_scenario", "scenarios",
-         "scenario_names", "check", "Recording", "load_recording"),
+        ("simulate", "build", "Simulation", "rollout", "Runs", "compare", "sweep", "Sweep", "load_sweep",
+         "Scenario", "load_scenario", "scenarios", "scenario_names", "check", "Recording", "load_recording"),
     ),
     "parts": (
         "Parts to build on",
@@ -71,7 +71,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Errors",
         "Every mistake that a user can mend is one of these; each names the thing, its value and the remedy.",
         ("SofthandError", "ScenarioError", "ModelError", "GraspError", "LawError", "ControllerError", "RecordingError",
-         "SimulationStopped", "RolloutStopped", "BrowserError", "ScenarioWarning"),
+         "SimulationStopped", "RolloutStopped", "StudyError", "SweepStopped", "BrowserError", "ScenarioWarning"),
     ),
 }  # fmt: skip
 """Pages of the reference: title, a sentence, public names of softhand."""

@@ -72,6 +72,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.errors import ScenarioWarning as ScenarioWarning
     from softhand.errors import SimulationStopped as SimulationStopped
     from softhand.errors import SofthandError as SofthandError
+    from softhand.errors import StudyError as StudyError
+    from softhand.errors import SweepStopped as SweepStopped
     from softhand.export.writing import read_mcap as read_mcap
     from softhand.export.writing import write_mcap as write_mcap
     from softhand.export.writing import write_rrd as write_rrd
@@ -132,6 +134,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.studies.sweeps.result import Sweep as Sweep
+    from softhand.studies.sweeps.result import load_sweep as load_sweep
+    from softhand.studies.sweeps.sweep import sweep as sweep
     from softhand.tactile.pattern import taxel_pattern as taxel_pattern
     from softhand.version import __version__ as __version__
     from softhand.viewer.live.replay import view as view
@@ -170,6 +175,8 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
+    "studies.sweeps.result": ("Sweep", "load_sweep"),
+    "studies.sweeps.sweep": ("sweep",),
     "controllers.controller": ("Controller",),
     "controllers.linear_set_point": ("LinearSetPoint",),
     "dampings.damping": ("Damping",),
@@ -194,6 +201,8 @@ _HOMES = {
         "ScenarioWarning",
         "SimulationStopped",
         "SofthandError",
+        "StudyError",
+        "SweepStopped",
     ),
     "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
     "holding.margin": ("SlipMargin", "slip_margin"),

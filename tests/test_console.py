@@ -100,6 +100,7 @@ OUTS: list[tuple[str, ...]] = [
     ("validate", "--out", "no-folder/x.md"),
     ("simulate", "--out", FOLDERED),
     ("compare", "--out", FOLDERED),
+    ("sweep", "study.toml", "--out", FOLDERED),
     ("reproduce", "--out", FOLDERED),
     ("identify", "--example", "--out", FOLDERED),
     ("new", "hand.urdf", "--out", "no-folder/my.toml"),

@@ -6,36 +6,22 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from threading import Event, local
-from typing import Any, NamedTuple
+from threading import Event
+from typing import Any
 
 import numpy as np
 
-from softhand.assembly.build import assemble
-from softhand.assembly.resolve import Setup, resolve
-from softhand.assembly.variations import Variations
-from softhand.batch.asked import Asked
 from softhand.batch.memory import must_fit
-from softhand.batch.run import FINISHED, CompiledRun, Outcome, is_compiled
 from softhand.batch.runs import Runs, together
+from softhand.batch.series import NOT_BEGUN, Done, Series
 from softhand.batch.variations import Columns, tables_of, varied
 from softhand.controllers.controller import Controller
-from softhand.errors import (
-    GraspError,
-    LawError,
-    ModelError,
-    RolloutStopped,
-    ScenarioError,
-    SimulationStopped,
-    SofthandError,
-)
+from softhand.errors import RolloutStopped, ScenarioError
 from softhand.laws.law import Law
-from softhand.numerics.arrays import AnyArray
 from softhand.recording.variables import VARIABLES
 from softhand.scenario.instruments import check_variables
 from softhand.scenario.scenario import Scenario, as_scenario
 from softhand.simulation.keep import Keep
-from softhand.simulation.samples import labels_of
 from softhand.version import __version__
 
 USUAL = ("object_position", "object_rpy", "internal_force", "contact_force", "limit_surface_use")
@@ -90,11 +76,11 @@ def rollout(
         check_variables("variables", names, each.sensing, each.actuation, each.tactile)
     count = thread_count(threads)
     must_fit(scenarios, keeps)
-    resolved, seat, stop = _resolver(base, controller, law), _Seat(Asked()), Event()
-    done: dict[int, _Done] = {}
+    series, stop = Series(base, controller, law), Event()
+    done: dict[int, Done] = {}
 
-    def one(index: int) -> _Done:
-        return _run(lambda: resolved(scenarios[index]), keeps[index], seat, stop)
+    def one(index: int) -> Done:
+        return series.run(scenarios[index], keeps[index], stop)
 
     with ThreadPoolExecutor(count) as pool:
         futures = {pool.submit(one, index): index for index in range(len(tables))}
@@ -114,35 +100,6 @@ def rollout(
     return _gathered(base, tables, done, names, every)
 
 
-class _Seat(local):
-    """What a thread keeps from one run for the next; runs that differ in numbers alone use one memory in turn."""
-
-    last: CompiledRun | None = None
-
-    def __init__(self, asked: Asked) -> None:
-        self._asked = asked
-
-    def run(self, setup: Setup, keep: Keep) -> CompiledRun:
-        """Ready to go."""
-        last, self.last = self.last, None
-        if last is None or not last.become(setup, keep):
-            last = CompiledRun(setup, keep, self._asked)
-        self.last = last
-        return last
-
-
-class _Done(NamedTuple):
-    """A run that is over."""
-
-    outcome: Outcome
-    variables: Mapping[str, AnyArray]
-    labels: Mapping[str, tuple[str, ...]]
-    compiled: bool
-
-
-_NOT_BEGUN = _Done(Outcome("interrupted", 0.0, "not begun"), {}, {}, False)
-
-
 def thread_count(threads: int | None) -> int:
     """Threads that work at the same time: as many as there are processors if not given."""
     if threads is None:
@@ -152,7 +109,7 @@ def thread_count(threads: int | None) -> int:
     return threads
 
 
-def _collect(futures: Mapping[Future[_Done], int], done: dict[int, _Done], progress: Progress | None) -> None:
+def _collect(futures: Mapping[Future[Done], int], done: dict[int, Done], progress: Progress | None) -> None:
     """Results as they come; the wait ends now and then, so that Ctrl-C is heard."""
     waiting = set(futures)
     while waiting:
@@ -163,62 +120,11 @@ def _collect(futures: Mapping[Future[_Done], int], done: dict[int, _Done], progr
                 progress(len(done), len(futures))
 
 
-def _resolver(base: Scenario, controller: Controller | None, law: Law | None) -> Callable[[Scenario], Setup]:
-    """What makes the setup of a run."""
-    try:
-        return Variations(base, controller, law).to
-    except SofthandError:  # the base has no start of its own, which does not matter
-        return lambda scenario: resolve(scenario, controller, law)
-
-
-def _run(resolved: Callable[[], Setup], keep: Keep, seat: _Seat, stop: Event) -> _Done:
-    """One run from its scenario to what is kept of it."""
-    if stop.is_set():
-        return _NOT_BEGUN
-    try:
-        setup = resolved()
-        if is_compiled(setup):
-            run = seat.run(setup, keep)
-            if run.law is not None:
-                return _Done(*run.go(stop.is_set), labels_of(run.plant, is_pushed=True), True)
-        return _run_in_python(setup, keep, stop)
-    except SofthandError as error:
-        return _Done(Outcome(_reason(error), 0.0, str(error)), {}, {}, False)
-
-
-def _reason(error: SofthandError) -> str:
-    """One word for why a run could not begin."""
-    if isinstance(error, SimulationStopped):
-        return error.reason
-    return next((name for kind, name in _REASONS.items() if isinstance(error, kind)), "scenario")
-
-
-_REASONS: dict[type[SofthandError], str] = {GraspError: "grasp", LawError: "law", ModelError: "model"}
-
-
-def _run_in_python(setup: Setup, keep: Keep, stop: Event) -> _Done:
-    """The same through `Simulation.run`."""
-
-    def watch(_: Any) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-
-    simulation = assemble(setup)
-    try:
-        recording = simulation.run(watch=watch)
-        outcome = Outcome(FINISHED, recording.stop_time, "")
-    except SimulationStopped as error:
-        recording, outcome = error.recording, Outcome(error.reason, error.time, str(error))
-    names = ("time", *keep.variables)
-    variables = {name: recording.variables[name][:: keep.every] for name in names if name in recording.variables}
-    return _Done(outcome, variables, labels_of(simulation.plant, is_pushed=True), False)
-
-
 def _gathered(
-    base: Scenario, tables: list[dict[str, Any]], done: Mapping[int, _Done], names: tuple[str, ...], every: float
+    base: Scenario, tables: list[dict[str, Any]], done: Mapping[int, Done], names: tuple[str, ...], every: float
 ) -> Runs:
     """All runs in one record; those that are not there have not begun."""
-    runs = [done.get(index, _NOT_BEGUN) for index in range(len(tables))]
+    runs = [done.get(index, NOT_BEGUN) for index in range(len(tables))]
     time = np.round(every * np.arange(max(len(run.variables.get("time", ())) for run in runs)), 12)
     variables, labels = together([run.variables for run in runs], [run.labels for run in runs], names, time)
     keys = dict.fromkeys(key for table in tables for key in table)

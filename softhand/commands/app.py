@@ -11,7 +11,7 @@ from softhand.commands.help import Command, Group
 
 Group.tasks = {
     "Begin": ("list", "hands", "new", "check", "schema"),
-    "Run": ("simulate", "compare", "reproduce"),
+    "Run": ("simulate", "compare", "sweep", "reproduce"),
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
     "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability", "design", "gradient"),
     "Study a fingertip": ("identify", "material", "remark3"),

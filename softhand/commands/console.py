@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -152,10 +153,19 @@ class _Lines:
 
     def __init__(self, what: str, total: float) -> None:
         self._what, self._total = what, total
-        self._told = time.monotonic()
+        self._begun = self._told = time.monotonic()
 
     def __call__(self, done: float) -> None:
         now = time.monotonic()
         if now - self._told >= self.every:
             self._told = now
-            say(f"{self._what}: {100.0 * done / self._total:.0f} %", error=True)
+            rest = (now - self._begun) * (self._total / done - 1.0) if done > 0.0 else math.inf
+            left = f", {_duration(rest)} left" if 0.0 < rest < math.inf else ""
+            say(f"{self._what}: {100.0 * done / self._total:.0f} %{left}", error=True)
+
+
+def _duration(seconds: float) -> str:
+    """A time in the unit in which it is a small number."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"

@@ -29,6 +29,13 @@ def list_values(scenario: Scenario, slides: NDArray[np.bool_]) -> list[tuple[str
     return [(key, value, _unit_of_joints(unit, slides)) for key, value, unit in rows]
 
 
+def unit_at(scenario: Scenario, key: str) -> str:
+    """The unit of a dotted key, whether it has a value or not; "" where there is none."""
+    section, _, name = key.rpartition(".")
+    sections = _section_units(scenario.model_dump(exclude_none=True))
+    return (sections.get(section, {}) if section else _units(Scenario)).get(name, "")
+
+
 def _unit_of_joints(unit: str, slides: NDArray[np.bool_]) -> str:
     """Of "rad or m" and the like, for joints that turn or slide, the one that holds."""
     hinge, is_either, slide = unit.partition(" or ")
