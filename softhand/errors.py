@@ -80,6 +80,31 @@ class SimulationStopped(SofthandError):
     """Of a study, what was finished."""
 
 
+class StudyError(SofthandError):
+    """A study, or the store of its runs, cannot be used."""
+
+    file: Any = None
+    line: int = 0
+    """Of the study's file; 0 where there is none to name."""
+    key: str = ""
+    """Dotted path of the setting."""
+    value: Any = None
+    """What it was."""
+
+
+class SweepStopped(SofthandError):
+    """A sweep ended before its last run; what is done is in its store, and the same call goes on."""
+
+    reason: str = ""
+    """`interrupted`, or `lost` for want of disk or workers."""
+    done: int = 0
+    """Runs."""
+    runs: int = 0
+    """Of all."""
+    folder: Any = None
+    """Of the store."""
+
+
 class RolloutStopped(SofthandError):
     """Many runs were interrupted."""
 
