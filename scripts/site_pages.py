@@ -42,7 +42,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Analysis",
         "What a run, a loop or a measurement tells.",
         ("summarize", "Summary", "energy_ledger", "Ledger", "linearize", "Linearizer", "Linearization", "ClosedLoop",
-         "gradient", "Gradient", "QuadraticCost", "FunctionCost",
+         "gradient", "Gradient", "QuadraticCost", "PeakCost", "FunctionCost", "tune", "Tuning",
          "stability", "Stability", "stability_along", "StabilityAlong", "Margins", "Mode",
          "design_lqr", "LqrDesign", "design_gains", "GainDesign",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
@@ -63,8 +63,8 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "errors": (
         "Errors",
         "Every mistake that a user can mend is one of these; each names the thing, its value and the remedy.",
-        ("SofthandError", "ScenarioError", "ModelError", "GraspError", "LawError", "ControllerError", "RecordingError",
-         "SimulationStopped", "RolloutStopped", "BrowserError", "ScenarioWarning"),
+        ("SofthandError", "ScenarioError", "StudyError", "ModelError", "GraspError", "LawError", "ControllerError",
+         "RecordingError", "SimulationStopped", "RolloutStopped", "BrowserError", "ScenarioWarning"),
     ),
 }  # fmt: skip
 """Pages of the reference: title, a sentence, public names of softhand."""

@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers.linear_set_point import LinearSetPoint as LinearSetPoint
     from softhand.dampings.damping import Damping as Damping
     from softhand.derivatives.costs import FunctionCost as FunctionCost
+    from softhand.derivatives.costs import PeakCost as PeakCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
     from softhand.derivatives.gradient import gradient as gradient
     from softhand.derivatives.gradient_record import Gradient as Gradient
@@ -66,6 +67,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.errors import ScenarioWarning as ScenarioWarning
     from softhand.errors import SimulationStopped as SimulationStopped
     from softhand.errors import SofthandError as SofthandError
+    from softhand.errors import StudyError as StudyError
     from softhand.export.writing import read_mcap as read_mcap
     from softhand.export.writing import write_mcap as write_mcap
     from softhand.export.writing import write_rrd as write_rrd
@@ -118,6 +120,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.tuning.record import Tuning as Tuning
+    from softhand.tuning.tune import tune as tune
     from softhand.version import __version__ as __version__
     from softhand.viewer.live.replay import view as view
     from softhand.viewer.live.viewer import Viewer as Viewer
@@ -148,13 +152,15 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
+    "tuning.record": ("Tuning",),
+    "tuning.tune": ("tune",),
     "controllers.controller": ("Controller",),
     "controllers.linear_set_point": ("LinearSetPoint",),
     "dampings.damping": ("Damping",),
     "design.gain_design": ("GainDesign",),
     "design.gains": ("design_gains",),
     "design.lqr": ("LqrDesign", "design_lqr"),
-    "derivatives.costs": ("FunctionCost", "QuadraticCost"),
+    "derivatives.costs": ("FunctionCost", "PeakCost", "QuadraticCost"),
     "derivatives.gradient": ("gradient",),
     "derivatives.gradient_record": ("Gradient",),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),
@@ -172,6 +178,7 @@ _HOMES = {
         "ScenarioWarning",
         "SimulationStopped",
         "SofthandError",
+        "StudyError",
     ),
     "export.writing": ("read_mcap", "write_mcap", "write_rrd"),
     "holding.margin": ("SlipMargin", "slip_margin"),

@@ -153,13 +153,13 @@ SHARED = {
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
-    "plot report film export energy lyapunov material new",
+    "plot report film export energy lyapunov material new tune",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
-    "list plot view report film export energy lyapunov",
+    "list plot view report film export energy lyapunov tune",
     "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
-    "validate energy lyapunov list hands material new",
+    "validate energy lyapunov list hands material new tune",
     "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
-    "identify validate new plot view report film export energy lyapunov material",
+    "identify validate new plot view report film export energy lyapunov material tune",
 }
 """Options and the commands that have them."""
 

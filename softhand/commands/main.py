@@ -39,6 +39,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     simulate,
     squeeze,
     stability,
+    tune,
     validate,
     view,
     workspace,
