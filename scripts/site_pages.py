@@ -35,6 +35,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Grasps",
         "Where to touch an object, how good a grasp is, and where a hand can hold it.",
         ("new_scenario", "NewScenario", "grasp_quality", "GraspQuality", "propose_grasps", "Proposals", "Proposal",
+         "sample_grasps", "GraspCache",
          "place_object", "Placement", "workspace", "Workspace", "squeeze", "Squeeze", "SqueezeCurve", "slip_margin",
          "SlipMargin", "worst_push", "WorstPush"),
     ),

@@ -120,6 +120,8 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.studies.grasps.cache import GraspCache as GraspCache
+    from softhand.studies.grasps.sample import sample_grasps as sample_grasps
     from softhand.tuning.record import Tuning as Tuning
     from softhand.tuning.tune import tune as tune
     from softhand.version import __version__ as __version__
@@ -152,6 +154,8 @@ _HOMES = {
     "analysis.summary": ("Summary", "summarize"),
     "assembly.build": ("build", "simulate"),
     "studies.compare": ("compare",),
+    "studies.grasps.cache": ("GraspCache",),
+    "studies.grasps.sample": ("sample_grasps",),
     "tuning.record": ("Tuning",),
     "tuning.tune": ("tune",),
     "controllers.controller": ("Controller",),

@@ -148,18 +148,19 @@ def test_the_help_of_the_program_has_every_command_by_its_task(tmp_path):
 
 
 SHARED = {
-    "--set": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3",
-    "--law": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify",
+    "--set": "simulate check compare grasp grasps equilibrium squeeze push workspace stability gradient remark3",
+    "--law": "simulate check compare grasp grasps equilibrium squeeze push workspace stability gradient remark3 "
+    "identify",
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
-    "plot report film export energy lyapunov material new tune",
+    "plot report film export energy lyapunov material new tune grasps",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
-    "list plot view report film export energy lyapunov tune",
+    "list plot view report film export energy lyapunov tune grasps",
     "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
-    "validate energy lyapunov list hands material new tune",
+    "validate energy lyapunov list hands material new tune grasps",
     "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
-    "identify validate new plot view report film export energy lyapunov material tune",
+    "identify validate new plot view report film export energy lyapunov material tune grasps",
 }
 """Options and the commands that have them."""
 

@@ -105,6 +105,7 @@ OUTS: list[tuple[str, ...]] = [
     ("new", "hand.urdf", "--out", "no-folder/my.toml"),
     ("material", "--radius", "10mm", "--shear", "60kPa", "--out", FOLDERED),
     ("tune", "study.toml", "--out", FOLDERED),
+    ("grasps", "--out", "no-folder/x.nc"),
 ]
 
 

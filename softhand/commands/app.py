@@ -13,8 +13,8 @@ Group.tasks = {
     "Begin": ("list", "hands", "new", "check", "schema"),
     "Run": ("simulate", "compare", "reproduce"),
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
-    "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability", "design", "gradient",
-                      "tune"),
+    "Study a grasp": ("grasp", "grasps", "equilibrium", "workspace", "squeeze", "push", "stability", "design",
+                      "gradient", "tune"),
     "Study a fingertip": ("identify", "material", "remark3"),
     "Trust": ("validate",),
 }  # fmt: skip

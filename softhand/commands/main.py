@@ -24,6 +24,7 @@ from softhand.commands import (  # noqa: F401  each adds its command
     film,
     gradient,
     grasp,
+    grasps,
     hands,
     identify,
     lyapunov,

@@ -35,8 +35,8 @@ def tune(
 ) -> None:
     """Turn gains and other numbers until runs cost less.
 
-    In many worlds at once, and judged in others that the search has not seen. Writes the scenario as tuned.toml, the figures of each world as tuning.csv, and tuning.png; nothing if it is no
-    better there.
+    In many worlds at once, and judged in others that the search has not seen. Writes the scenario as tuned.toml, the
+    figures of each world as tuning.csv, and tuning.png; nothing if it is no better there.
     """
     check_folder(out)
     say_compiling(quiet)
@@ -69,7 +69,8 @@ def _print(found: Tuning, printer: Printer) -> None:
         f"In {held_out} worlds that the search has not seen", found.rows(),
         ("", "before", "after", "change", "limit"),
         f"Searched by {found.method} in {search} worlds, {found.runs[0]} runs; judged in {held_out} others. Change: "
-        "mean of after less before, world by world, and its interval of 95 %. Lost runs are in no mean.",
+        "mean of after less before, world by world, and its interval of 95 %. Lost runs are in no mean. Astray: "
+        "lost or not settled in a longer run.",
     )  # fmt: skip
     for reason in found.reasons:
         printer.say(f"no better than before: {reason}", "note")

@@ -58,14 +58,14 @@ def draw_tuning(spreads: Sequence[Spread], moved: Sequence[Moved], history: Arra
         handles = [Line2D([], [], color=color, label=word) for color, word in ((_BEFORE, "before"), (_AFTER, "after"))]
         handles.append(Line2D([], [], color="black", lw=0.8, ls=DASHED, label="limit of the mean"))
         draw_legend(figure, handles, from_top(figure, 0.42 + room), "upper left")
-        top = draw_title(figure, title, *notes, room=room) - 0.02
+        top = draw_title(figure, title, *notes, room=room) + 0.01
         height = float(figure.get_figheight())
         middle, bottom = (below + 1.05) / height, 0.5 / height
         upper = figure.add_gridspec(1, max(len(spreads), 1), left=0.06, right=0.985, top=top, bottom=middle, wspace=0.2)
         for k, spread in enumerate(spreads):
             _draw_spread(figure.add_subplot(upper[k]), spread, is_first=k == 0)
-        floor = figure.add_gridspec(1, 2, left=0.27, right=0.985, top=(below + 0.4) / height, bottom=bottom,
-                                    wspace=0.42, width_ratios=(1.5, 1.0))  # fmt: skip
+        floor = figure.add_gridspec(1, 2, left=0.235, right=0.985, top=(below + 0.4) / height, bottom=bottom,
+                                    wspace=0.62, width_ratios=(1.35, 1.0))  # fmt: skip
         _draw_moved(figure.add_subplot(floor[0]), moved)
         _draw_history(figure.add_subplot(floor[1]), history)
     return figure
@@ -106,11 +106,7 @@ def _draw_moved(axes: Axes, moved: Sequence[Moved]) -> None:
 
 def _draw_history(axes: Axes, history: Array) -> None:
     axes.step(history[:, 0], history[:, 1], where="post", color=_AFTER)
-    ends = history[:, 1]
-    if len(ends) and ends.min() > 0.0 and ends.max() > 3.0 * ends.min():
-        axes.set_yscale("log")
-    else:
-        axes.set_ylim(bottom=0.0)
+    axes.set_ylim(bottom=0.0)
     axes.set_xlabel("runs of the search")
     axes.set_ylabel("cost", color=_AFTER)
 

@@ -14,7 +14,12 @@ from softhand.tuning.record import Tuning, Turn
 def draw(found: Tuning, title: str) -> Figure:
     """Figures in the held-out worlds, numbers between their bounds, and the search."""
     spreads = [
-        Spread(f"{FIGURES[one.name].words} [{one.unit}]", found.each[0, :, k], found.each[1, :, k], one.limit)
+        Spread(
+            FIGURES[one.name].words + ("" if one.unit == "1" else f" [{one.unit}]"),
+            found.each[0, :, k],
+            found.each[1, :, k],
+            one.limit,
+        )
         for k, one in enumerate(found.figures)
     ]
     notes = [f"No better than before: {reason}" for reason in found.reasons]

@@ -58,35 +58,41 @@ class Judgement(NamedTuple):
     Attributes:
         figures: a line each.
         lost: share of lost runs before and after.
+        astray: share of runs that are lost or not settled if they go on, before and after.
         gain: mean of the cost before less after, and half the width of its interval.
         reasons: why what was found is not better; empty if it is.
     """
 
     figures: tuple[Judged, ...]
     lost: tuple[float, float]
+    astray: tuple[float, float]
     gain: tuple[float, float]
     reasons: tuple[str, ...]
 
 
-def judge(terms: Mapping[str, Term], bounds: Sequence[Bound], before: Tried, after: Tried) -> Judgement:
+def judge(
+    terms: Mapping[str, Term], bounds: Sequence[Bound], before: Tried, after: Tried,
+    astray: tuple[float, float] = (0.0, 0.0),
+) -> Judgement:  # fmt: skip
     """Whether what was found is better than what was there.
 
-    It is if no larger share of runs is lost, each limit holds, and the cost fell: the whole interval of its mean, or
-    where no figure has a weight, the share of lost runs or a limit that did not hold before. The limit "before" holds
-    where the interval of the mean change is at most 0; a number where that of the mean is at most the number. Where
-    the worst world counts, it alone is compared.
+    It is if no larger share of runs is lost, nor goes astray later, if each limit holds, and if the cost fell, by the
+    whole interval of its mean, or fewer runs are lost. The limit "before" holds where the interval of the mean change
+    is at most 0; a number where that of the mean is at most the number. Where the worst world counts, it alone is
+    compared.
 
     Args:
         terms: as set.
         bounds: with their scales; the limit "before" is taken from the held-out worlds anew.
         before: one candidate in the held-out worlds.
         after: likewise.
+        astray: share of runs that are lost or not settled if they go on for longer, before and after.
     """
     lost = float(np.mean(before.lost > 0.0)), float(np.mean(after.lost > 0.0))
     both = (before.lost[0] == 0.0) & (after.lost[0] == 0.0)
     first, second = before.figures[0][both], after.figures[0][both]
     if not len(first):
-        return Judgement((), lost, (math.nan, math.nan), ("no held-out world has a run that came to its end.",))
+        return Judgement((), lost, astray, (math.nan, math.nan), ("no held-out world has a run that came to its end.",))
     figures = tuple(
         _judged(bound, terms[bound.name], first[:, k], second[:, k]) for k, bound in enumerate(bounds)
     )  # fmt: skip
@@ -95,7 +101,7 @@ def judge(terms: Mapping[str, Term], bounds: Sequence[Bound], before: Tried, aft
         np.zeros(len(first)),
     )
     gain = float(np.mean(saved)), _half_width(saved)
-    return Judgement(figures, lost, gain, tuple(_reasons(figures, lost, gain)))
+    return Judgement(figures, lost, astray, gain, tuple(_reasons(figures, lost, astray, gain)))
 
 
 def _judged(bound: Bound, term: Term, first: Array, second: Array) -> Judged:
@@ -116,8 +122,15 @@ def _judged(bound: Bound, term: Term, first: Array, second: Array) -> Judged:
     )  # fmt: skip
 
 
-def _reasons(figures: Sequence[Judged], lost: tuple[float, float], gain: tuple[float, float]) -> list[str]:
+def _reasons(
+    figures: Sequence[Judged], lost: tuple[float, float], astray: tuple[float, float], gain: tuple[float, float]
+) -> list[str]:
     reasons = []
+    if astray[1] > astray[0]:
+        reasons.append(
+            f"{100.0 * astray[1]:.3g} % of the runs are lost or not settled if they go on for longer, "
+            f"{100.0 * astray[0]:.3g} % were before."
+        )
     if lost[1] > lost[0]:
         reasons.append(f"{100.0 * lost[1]:.3g} % of the runs are lost, {100.0 * lost[0]:.3g} % were before.")
     for one in figures:

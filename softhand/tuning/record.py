@@ -53,6 +53,8 @@ class Tuning(Record):
         turned: a line for each number.
         figures: a line for each figure, in the held-out worlds.
         lost: share of runs that are lost there, before and after.
+        astray: share of runs that are lost or not settled if they go on, before and after.
+        go_on: how much longer these are than the others.
         gain: mean of the cost before less after there, in multiples of the figures before, and half the width of its
             interval, 95 %.
         is_better: whether it is better there, as `judged.judge` has it.
@@ -66,12 +68,14 @@ class Tuning(Record):
         before: as it was.
     """
 
-    units: ClassVar = {"lost": "1", "gain": "1"}
+    units: ClassVar = {"lost": "1", "astray": "1", "gain": "1"}
     unreported: ClassVar = frozenset({"scenario", "before", "each"})
 
     turned: tuple[Turn, ...]
     figures: tuple[Judged, ...]
     lost: tuple[float, float]
+    astray: tuple[float, float]
+    go_on: float
     gain: tuple[float, float]
     is_better: bool
     reasons: tuple[str, ...]
@@ -95,8 +99,11 @@ class Tuning(Record):
                 f"{FIGURES[one.name].words}{worst}{unit}", f"{one.before:.4g}", f"{one.after:.4g}",
                 f"{one.change:+.3g}{wide} ({one.percent:+.1f} %)", limit,
             ))  # fmt: skip
-        first, second = (100.0 * share for share in self.lost)
-        rows.append(("lost runs [%]", f"{first:.3g}", f"{second:.3g}", f"{second - first:+.3g}", ""))
+        for name, shares in (
+            ("lost runs [%]", self.lost), (f"astray in {self.go_on:g} times the time [%]", self.astray)
+        ):  # fmt: skip
+            first, second = (100.0 * share for share in shares)
+            rows.append((name, f"{first:.3g}", f"{second:.3g}", f"{second - first:+.3g}", ""))
         return rows
 
     def number_rows(self) -> list[tuple[str, str, str, str, str]]:

@@ -111,8 +111,10 @@ class Worlds(Settings):
     """Worlds of the search."""
     held_out: Count = 100
     """Further ones that the search never sees."""
+    go_on: Annotated[float, Field(ge=1.0, le=1000.0)] = 5.0
+    """So many times the duration some of them are run at the end: what is settled must stay so."""
     seed: Seed = 0
-    """Of both."""
+    """Of all worlds."""
 
 
 class Method(Settings):

@@ -52,8 +52,15 @@ class Trials:
         self.tell = tell or (lambda done: None)
         self.done = 0
 
-    def run(self, candidates: Sequence[Mapping[str, Any]], worlds: Sequence[Mapping[str, Any]]) -> Tried:
+    def run(
+        self, candidates: Sequence[Mapping[str, Any]], worlds: Sequence[Mapping[str, Any]], longer: float = 1.0
+    ) -> Tried:
         """Each candidate in each world.
+
+        Args:
+            candidates: values of the scenario by key.
+            worlds: likewise.
+            longer: times the duration of the scenario, for which they run.
 
         Raises:
             ScenarioError: the scenario does not take the values of a candidate.
@@ -63,10 +70,13 @@ class Trials:
         figures = np.full((len(tables), len(self.names)), np.nan)
         lost = np.zeros(len(tables))
         why: dict[str, str] = {}
-        duration, every = self.base.duration, self.base.control_period
-        for begin in range(0, len(tables), _AT_ONCE):
-            some = tables[begin : begin + _AT_ONCE]
-            runs = rollout(self.base, some, variables=VARIABLES, every=every, threads=self.threads)
+        every = self.base.control_period
+        duration = every * round(longer * self.base.duration / every)
+        base = self.base.with_values({"duration": duration})
+        at_once = max(int(_AT_ONCE / longer), 1)
+        for begin in range(0, len(tables), at_once):
+            some = tables[begin : begin + at_once]
+            runs = rollout(base, some, variables=VARIABLES, every=every, threads=self.threads)
             for k, outcome in enumerate(runs.outcomes):
                 if outcome.reason == FINISHED:
                     figures[begin + k] = figures_of(runs, k, self.names, duration)

@@ -26,6 +26,8 @@ from softhand.tuning.slopes import RUNS, WITH_SLOPES, Slopes, has_slopes, search
 from softhand.tuning.trials import Trials, Tried
 from softhand.tuning.worlds import Drawn, read_worlds
 
+_GO_ON = 8  # held-out worlds, beside the scenario itself, in which runs go on for longer
+
 TABLES = ("tune", "cost", "worlds", "method")
 """What a study has for `tune`, beside `scenario`, `description` and `[set]`."""
 
@@ -38,6 +40,7 @@ class Asked(NamedTuple):
     knobs: Knobs
     terms: dict[str, Term]
     worlds: Drawn
+    go_on: float
     method: Method
     file: StudyFile
 
@@ -62,7 +65,8 @@ def read_tuning(source: str | Path | Mapping[str, Any]) -> Asked:
     vary = own.pop("vary", {})
     if not isinstance(vary, Mapping):
         raise file.error(f"worlds.vary: got {show(vary)}, but it must be a table.", ["worlds", "vary"], vary)
-    worlds = read_worlds(file, file.section(Worlds, own, ["worlds"]), vary, setup)
+    settings = file.section(Worlds, own, ["worlds"])
+    worlds = read_worlds(file, settings, vary, setup)
     for one in knobs.knobs:
         for part in one.parts:
             if part.key in {key.partition("[")[0] for key in worlds.keys}:
@@ -71,7 +75,7 @@ def read_tuning(source: str | Path | Mapping[str, Any]) -> Asked:
                     ["tune"], part.key,
                 )  # fmt: skip
     method = file.section(Method, tables["method"], ["method"])
-    return Asked(base, setup, knobs, terms, worlds, method, file)
+    return Asked(base, setup, knobs, terms, worlds, settings.go_on, method, file)
 
 
 def _terms(file: StudyFile, table: Mapping[str, Any], base: Scenario) -> dict[str, Term]:
@@ -122,7 +126,8 @@ def tune(
     asked = read_tuning(study)
     search, held_out = asked.worlds.search, asked.worlds.held_out
     candidates = max(asked.method.runs // len(search), 1)
-    total = candidates * len(search) + 2 * len(held_out)
+    some = [{}, *held_out[:_GO_ON]]
+    total = candidates * len(search) + 2 * (len(held_out) + len(some))
     done = 0
 
     def tell(more: int) -> None:
@@ -157,9 +162,12 @@ def tune(
         ]
         values = asked.knobs.values(numbers)
         before, after = trials.run([{}], held_out), trials.run([values], held_out)
+        longer = Trials(asked.setup.scenario, ("settling",), threads, tell).run([{}, values], some, asked.go_on)
     except (RolloutStopped, KeyboardInterrupt) as stop:
         raise _interrupted(asked.knobs, best, trials.done) from stop
-    judged = judge(asked.terms, objective.bounds, before, after)
+    until = asked.go_on * asked.base.duration * (1.0 - 1e-9)
+    first_astray, astray = np.mean((longer.lost > 0.0) | (longer.figures[..., 0] >= until), axis=1).tolist()
+    judged = judge(asked.terms, objective.bounds, before, after, (first_astray, astray))
     turned = tuple(
         Turn(knob.name, knob.unit, knob.low, knob.high, knob.is_log, knob.start, number)
         for knob, number in zip(asked.knobs.knobs, numbers, strict=True)
@@ -167,7 +175,8 @@ def tune(
     each = len(search) * (RUNS * len(asked.terms) if name == "gradient" else 1)
     history = np.array([(each * count, value) for count, value in best.history])
     return Tuning(
-        turned, judged.figures, judged.lost, judged.gain, not judged.reasons, judged.reasons,
+        turned, judged.figures, judged.lost, judged.astray, asked.go_on, judged.gain, not judged.reasons,
+        judged.reasons,
         (len(search), len(held_out)), (spent, trials.done - spent), name, history,
         np.concatenate([before.figures, after.figures]), asked.base.with_values(values), asked.base,
     )  # fmt: skip
