@@ -240,9 +240,9 @@ def tried(figures: Any, lost: Any = None) -> Tried:
 TERMS = {"settling": Term(weight=1.0), "effort": Term(at_most="before")}
 
 
-def verdict(before: Tried, after: Tried, terms: dict[str, Term] = TERMS) -> tuple[str, ...]:
+def verdict(before: Tried, after: Tried, astray: tuple[float, float] = (0.0, 0.0)) -> tuple[str, ...]:
     """The reasons why it is no better."""
-    return judge(terms, Objective(terms, Method(), before.figures[0]).bounds, before, after).reasons
+    return judge(TERMS, Objective(TERMS, Method(), before.figures[0]).bounds, before, after, astray).reasons
 
 
 def test_better_is_better_in_other_worlds() -> None:
@@ -255,6 +255,8 @@ def test_better_is_better_in_other_worlds() -> None:
     assert "did not surely fall" in verdict(before, tried(first + np.outer(noise - noise.mean() - 0.03, [1, 0])))[0]
     assert "effort" in verdict(before, tried(first * [0.7, 1.01]))[0]
     assert "not sure" in verdict(before, tried(first * [0.7, 1.0] + np.outer(noise - noise.mean() - 1e-3, [0, 1])))[0]
+    assert "go on for longer" in verdict(before, tried(first * [0.7, 0.99]), (0.0, 0.1))[0]
+    assert verdict(before, tried(first * [0.7, 0.99]), (0.1, 0.1)) == ()
     one_lost = np.arange(40) == 3
     assert "lost" in verdict(before, tried(first * [0.7, 0.99], one_lost))[0]
     assert verdict(tried(first, one_lost), tried(first * [0.7, 0.99], one_lost)) == ()
@@ -349,6 +351,14 @@ def test_a_mistake_is_told_by_its_key(changes: dict[str, Any], words: str) -> No
         _search_of(read_tuning(study(**changes)))
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_study_of_the_page_can_be_read(tmp_path: Path) -> None:
+    """All its tables, with contact points moved on their faces."""
+    page = (Path(__file__).parent.parent / "docs/tune.md").read_text()
+    asked = read_tuning(_saved(tmp_path / "study.toml", page.partition("```toml\n")[2].partition("```")[0]))
+    assert len(asked.knobs) == 12 and len(asked.worlds.keys) == 6 and asked.method.runs == 3000
+    assert_allclose(asked.knobs.numbers(asked.knobs.start)[-1], -0.005)
 
 
 def test_the_command_writes_nothing_that_is_no_better(tmp_path: Path) -> None:

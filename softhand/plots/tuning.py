@@ -65,7 +65,7 @@ def draw_tuning(spreads: Sequence[Spread], moved: Sequence[Moved], history: Arra
         for k, spread in enumerate(spreads):
             _draw_spread(figure.add_subplot(upper[k]), spread, is_first=k == 0)
         floor = figure.add_gridspec(1, 2, left=0.235, right=0.985, top=(below + 0.4) / height, bottom=bottom,
-                                    wspace=0.62, width_ratios=(1.35, 1.0))  # fmt: skip
+                                    wspace=0.72, width_ratios=(1.35, 1.0))  # fmt: skip
         _draw_moved(figure.add_subplot(floor[0]), moved)
         _draw_history(figure.add_subplot(floor[1]), history)
     return figure
