@@ -50,6 +50,7 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers.linear_set_point import LinearSetPoint as LinearSetPoint
     from softhand.dampings.damping import Damping as Damping
     from softhand.derivatives.costs import FunctionCost as FunctionCost
+    from softhand.derivatives.costs import PeakCost as PeakCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
     from softhand.derivatives.gradient import gradient as gradient
     from softhand.derivatives.gradient_record import Gradient as Gradient
@@ -134,10 +135,14 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.steppers.stepper import Integration as Integration
     from softhand.steppers.stepper import Stepper as Stepper
     from softhand.studies.compare import compare as compare
+    from softhand.studies.grasps.cache import GraspCache as GraspCache
+    from softhand.studies.grasps.sample import sample_grasps as sample_grasps
     from softhand.studies.sweeps.result import Sweep as Sweep
     from softhand.studies.sweeps.result import load_sweep as load_sweep
     from softhand.studies.sweeps.sweep import sweep as sweep
     from softhand.tactile.pattern import taxel_pattern as taxel_pattern
+    from softhand.tuning.record import Tuning as Tuning
+    from softhand.tuning.tune import tune as tune
     from softhand.version import __version__ as __version__
     from softhand.viewer.live.replay import view as view
     from softhand.viewer.live.viewer import Viewer as Viewer
@@ -177,13 +182,17 @@ _HOMES = {
     "studies.compare": ("compare",),
     "studies.sweeps.result": ("Sweep", "load_sweep"),
     "studies.sweeps.sweep": ("sweep",),
+    "studies.grasps.cache": ("GraspCache",),
+    "studies.grasps.sample": ("sample_grasps",),
+    "tuning.record": ("Tuning",),
+    "tuning.tune": ("tune",),
     "controllers.controller": ("Controller",),
     "controllers.linear_set_point": ("LinearSetPoint",),
     "dampings.damping": ("Damping",),
     "design.gain_design": ("GainDesign",),
     "design.gains": ("design_gains",),
     "design.lqr": ("LqrDesign", "design_lqr"),
-    "derivatives.costs": ("FunctionCost", "QuadraticCost"),
+    "derivatives.costs": ("FunctionCost", "PeakCost", "QuadraticCost"),
     "derivatives.gradient": ("gradient",),
     "derivatives.gradient_record": ("Gradient",),
     "derivatives.linearization": ("ClosedLoop", "Linearization"),

@@ -105,6 +105,8 @@ OUTS: list[tuple[str, ...]] = [
     ("identify", "--example", "--out", FOLDERED),
     ("new", "hand.urdf", "--out", "no-folder/my.toml"),
     ("material", "--radius", "10mm", "--shear", "60kPa", "--out", FOLDERED),
+    ("tune", "study.toml", "--out", FOLDERED),
+    ("grasps", "--out", "no-folder/x.nc"),
 ]
 
 

@@ -13,10 +13,11 @@ Group.tasks = {
     "Begin": ("list", "hands", "new", "check", "schema"),
     "Run": ("simulate", "compare", "sweep", "reproduce"),
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
-    "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability", "design", "gradient"),
+    "Study a grasp": ("grasp", "grasps", "equilibrium", "workspace", "squeeze", "push", "stability", "design",
+                      "gradient", "tune"),
     "Study a fingertip": ("identify", "material", "remark3"),
     "Trust": ("validate",),
-}
+}  # fmt: skip
 
 app = typer.Typer(
     name="softhand",

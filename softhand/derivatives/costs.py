@@ -80,6 +80,46 @@ class QuadraticCost:
 
 
 @dataclass(frozen=True)
+class PeakCost:
+    """weight times the largest number of a variable over the samples of a run, all its components together.
+
+    Its derivative is that at the sample and component which is largest: exact as long as that stays the same one.
+
+    Attributes:
+        variable: name of a variable of a recording.
+        weight: of it.
+        start: first sample that counts [s].
+        end: last one [s].
+    """
+
+    variable: str
+    weight: float = 1.0
+    start: float = 0.0
+    end: float = math.inf
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"largest {self.variable}"
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """What it is a function of."""
+        return (self.variable,)
+
+    def at(self, time: Array, values: Mapping[str, Array]) -> tuple[float, dict[str, Array]]:
+        """As `QuadraticCost.at`."""
+        counted = (time >= self.start - 1e-9) & (time <= self.end + 1e-9)
+        y = values[self.variable].reshape(len(time), -1)
+        slopes = np.zeros(y.shape)
+        if not counted.any() or not y.size:
+            return 0.0, {self.variable: slopes.reshape(values[self.variable].shape)}
+        place = np.unravel_index(int(np.argmax(np.where(counted[:, None], y, -math.inf))), y.shape)
+        slopes[place] = self.weight
+        return self.weight * float(y[place]), {self.variable: slopes.reshape(values[self.variable].shape)}
+
+
+@dataclass(frozen=True)
 class FunctionCost:
     """A function of variables of a recording at one sample, integrated over the samples of a run, or at the last one.
 
@@ -149,23 +189,27 @@ class FunctionCost:
         return value
 
 
-Cost: TypeAlias = QuadraticCost | FunctionCost | Callable[..., float]
+Term: TypeAlias = QuadraticCost | PeakCost | FunctionCost
+"""One term of a cost."""
+
+Cost: TypeAlias = Term | Callable[..., float]
 """What a run may cost; a function alone is a `FunctionCost` over the whole run."""
 
 
-def costs_of(cost: Cost | Iterable[Cost]) -> list[QuadraticCost | FunctionCost]:
+def costs_of(cost: Cost | Iterable[Cost]) -> list[Term]:
     """All that is summed.
 
     Raises:
         ScenarioError: there is none, or one is no cost, or of an unknown variable or one without derivative.
     """
     given = list(cost) if isinstance(cost, list | tuple) else [cost]
-    found: list[QuadraticCost | FunctionCost] = []
+    found: list[Term] = []
     for one in given:
-        if not isinstance(one, QuadraticCost | FunctionCost):
+        if not isinstance(one, QuadraticCost | PeakCost | FunctionCost):
             if not callable(one):
                 raise ScenarioError(
-                    f"cost: got {one!r}; give a QuadraticCost, a FunctionCost, a function, or a list of them.",
+                    f"cost: got {one!r}; give a QuadraticCost, a PeakCost, a FunctionCost, a function, or a list of "
+                    "them.",
                     key="cost", value=one,
                 )  # fmt: skip
             one = FunctionCost(one)

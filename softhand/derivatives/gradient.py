@@ -18,7 +18,7 @@ from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
 from softhand.controllers.controller import Controller
 from softhand.derivatives.asked_in_python import Given, InPython
-from softhand.derivatives.costs import Cost, FunctionCost, QuadraticCost, costs_of
+from softhand.derivatives.costs import Cost, Term, costs_of
 from softhand.derivatives.directions import Beside, Direction, moving_places
 from softhand.derivatives.gradient_record import Gradient
 from softhand.derivatives.outputs import Outputs
@@ -67,7 +67,8 @@ def gradient(
 
     Args:
         scenario: from `load_scenario`, the name of one that ships, or the path of a TOML file. Stepper midpoint.
-        cost: a `QuadraticCost`, a `FunctionCost`, a function of variables of a recording at one sample, or a list.
+        cost: a `QuadraticCost`, a `PeakCost`, a `FunctionCost`, a function of variables of a recording at one sample,
+            or a list.
         parameters: dotted keys of the scenario with numbers, or their last part; a key with a list is one parameter
             each. "wrench" is a constant force and moment on the object at the origin of its frame, world axes.
         torque: of each control period in place of the controller [N m, N], shape (periods, n); its derivatives are
@@ -166,7 +167,7 @@ class _Work:
                 )  # fmt: skip
         return found
 
-    def gradient(self, costs: list[QuadraticCost | FunctionCost], chosen: list[Parameter | str], mode: str) -> Gradient:
+    def gradient(self, costs: list[Term], chosen: list[Parameter | str], mode: str) -> Gradient:
         """All of it."""
         numbers = [one for one in chosen if isinstance(one, Parameter)]
         in_python = [one for one in numbers if self.in_python and one.key.startswith("controller.")]
@@ -181,7 +182,7 @@ class _Work:
     def _of(
         self,
         taped: TapedRun,
-        costs: list[QuadraticCost | FunctionCost],
+        costs: list[Term],
         chosen: list[Parameter | str],
         directions: Mapping[str, Direction],
         in_python: list[Parameter],

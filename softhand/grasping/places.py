@@ -84,8 +84,17 @@ class PlaceFinder:
 
     def places(self, finger: int) -> list[Place]:
         """The points of the surface that a finger reaches well, once each."""
+        return self.places_among(finger, self.surface)
+
+    def places_among(self, finger: int, surface: Sequence[tuple[Array, Array]]) -> list[Place]:
+        """Those of some points that a finger reaches well, once each.
+
+        Args:
+            finger: index of it.
+            surface: points with room around them and outward normals, as in the attribute.
+        """
         found: list[Place] = []
-        for point, normal in self.surface:
+        for point, normal in surface:
             place = self._place(finger, point, normal, None)
             if place is not None and all(np.linalg.norm(place.point - other.point) > 1e-6 for other in found):
                 found.append(place)

@@ -132,8 +132,8 @@ def grasp_quality(scenario: Scenario | str | Path) -> GraspQuality:
     return quality_in(read_world(scenario), scenario)
 
 
-def quality_in(world: World, scenario: Scenario) -> GraspQuality:
-    """`grasp_quality` with hand and object already read."""
+def quality_in(world: World, scenario: Scenario, with_least: bool = True) -> GraspQuality:
+    """`grasp_quality` with hand and object already read, without the least internal forces if nobody needs them."""
     here = situation_of(scenario, world)
     surface = [here.shape.nearest(point) for point in scenario.grasp.contact_points]
     points = here.to_world(np.array([point for point, _ in surface]))
@@ -159,7 +159,7 @@ def quality_in(world: World, scenario: Scenario) -> GraspQuality:
         singular_values_hard=singular_values(contacts, has_torsion=False),
         margin=closure_margin(contacts),
         internal_force=np.array(scenario.grasp.internal_force),
-        least_internal_force=here.squeeze(points, normals, friction, 1.0, _TOUCH),
+        least_internal_force=here.squeeze(points, normals, friction, 1.0, _TOUCH) if with_least else None,
         refusal=posture.refusal,
         opening=scenario.grasp.opening,
         position=here.position,
