@@ -134,6 +134,9 @@ class ObjectSection(Settings):
     """File of the object, relative to the scenario, or package://NAME/PATH in a package of ROS or Python."""
     mass: Positive | None = None
     """Mass in place of that of the URDF, whose inertia is scaled alike [kg]."""
+    inertia: tuple[Positive, Positive, Positive] | None = None
+    """Moments of inertia about the axes of the object frame through the centre of mass, then its principal ones, in
+    place of those of the URDF [kg m^2]."""
     ellipsoid: tuple[Positive, Positive, Positive] | None = None
     """Semi-axes of an ellipsoid in the place of the URDF's collision shape [m]."""
     hull: bool = False
@@ -148,6 +151,15 @@ class ObjectSection(Settings):
     """Roll, pitch, yaw at the start [rad], R = R_z(yaw) R_y(pitch) R_x(roll)."""
     face_friction: dict[str, Positive] | None = None
     """Coefficient mu on faces of a box, "+x" to "-z" along its axes, in place of that of the tip [1]."""
+
+    @field_validator("inertia")
+    @classmethod
+    def _has_a_body(cls, inertia: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        if inertia is not None and 2.0 * max(inertia) > sum(inertia) * (1.0 + 1e-9):
+            raise ValueError(
+                f"no body has the moments {show(inertia)}: none of them is larger than the sum of the two others."
+            )
+        return inertia
 
     @field_validator("face_friction", mode="before")
     @classmethod
