@@ -70,7 +70,7 @@ def measured_values(name: str, true: Array, instrument: Instrument, period: floa
     if name != "object_orientation":
         return values + instrument.bias
     values = values / np.linalg.norm(values, axis=-1, keepdims=True)
-    return quaternion_product(_quaternion(instrument.bias), values) if np.any(instrument.bias) else values
+    return quaternion_product(quaternion_by(instrument.bias), values) if np.any(instrument.bias) else values
 
 
 def off(name: str, values: Array, others: Array, world: World) -> Array:
@@ -96,7 +96,8 @@ def quaternion_product(a: Array, b: Array) -> Array:
     return np.concatenate([vector, s * t - np.sum(u * v, axis=-1, keepdims=True)], axis=-1)
 
 
-def _quaternion(turn: Array) -> Array:
+def quaternion_by(turn: Array) -> Array:
+    """x, y, z, w of a rotation vector [rad]."""
     angle = float(np.linalg.norm(turn))
     return np.append(0.5 * np.sinc(0.5 * angle / np.pi) * turn, np.cos(0.5 * angle))
 

@@ -122,6 +122,10 @@ class Problem:
         """Some pieces that begin at these states; NaN where one does not come to its end."""
         return self._each(lambda bench, k: bench.run(k, states[k]), which)
 
+    def go(self, state: State, first: int, count: int) -> State:
+        """On from a state at a sample of the log, so many periods."""
+        return self._benches[0].go(state, first, count)
+
     def linear(self, states: Sequence[State], which: Sequence[int]) -> list[Linear]:
         """Likewise with their derivatives."""
         return self._each(lambda bench, k: bench.linear(k, states[k]), which)
@@ -199,7 +203,7 @@ class _Bench:
         self.x = x
         self.plant = self._plant(x)
         self.base = self._replay(self.plant)
-        self._beside: list[Replay] | None = None
+        self._beside: dict[int, tuple[Replay, float]] = {}
         self._instruments = self._at(x)
 
     def _plant(self, x: Array) -> Plant:
@@ -248,6 +252,12 @@ class _Bench:
         r = self._off(k, self._measured(k), self._seen(self._true(seen), self._instruments))
         return Run(r, self._end(k, seen))
 
+    def go(self, state: State, first: int, count: int) -> State:
+        log = self.problem.log
+        torques = log.joint_torque[first : first + count]
+        seen = self.base.samples(state, torques, np.array([-1]), np.zeros(1))[0]
+        return self.base.state(seen[count], float(log.time[0] + (first + count) * log.period))
+
     def _end(self, k: int, seen: Array) -> State:
         p = self.problem
         count = p.pieces[k].count - p._late
@@ -274,30 +284,32 @@ class _Bench:
         end_by_start = (beyond(self.plant, ends[1:], ends[0]) / steps[:, None]).T
         by_parameters, end_by = np.zeros((len(r), len(p.parameters))), np.zeros((p.n_states, len(p.parameters)))
         for j, one in enumerate(p.parameters):
-            step = self._step(j)
             if one.kind != PLANT:
-                x = self.x.copy()
+                x, step = self.x.copy(), one.step if self.x[j] + one.step <= one.to_x(one.upper) else -one.step
                 x[j] += step
                 seen = self._seen(true, self._at(x))
             else:
-                samples = self._plants_beside()[j].samples(state, torques, np.array([-1]), np.zeros(1))
+                beside, step = self._moved(j)
+                samples = beside.samples(state, torques, np.array([-1]), np.zeros(1))
                 seen = self._seen(self._true(samples[0]), self._instruments)
                 end_by[:, j] = beyond(self.plant, self._ends(k, samples), ends[0])[0] / step
             by_parameters[:, j] = self._off(k, seen, here) / step
         return Linear(r, by_start, by_parameters, end, end_by_start, end_by)
 
-    def _step(self, j: int) -> float:
-        one = self.problem.parameters[j]
-        return one.step if self.x[j] + one.step <= one.to_x(one.upper) else -one.step
-
-    def _plants_beside(self) -> list[Replay]:
-        if self._beside is None:
-            self._beside = []
-            for j, one in enumerate(self.problem.parameters):
-                x = self.x.copy()
-                x[j] += self._step(j)
-                self._beside.append(self._replay(self._plant(x)) if one.kind == PLANT else self.base)
-        return self._beside
+    def _moved(self, j: int) -> tuple[Replay, float]:
+        """The plant with a parameter moved, and by how much: back where it cannot go on."""
+        if j not in self._beside:
+            one, x = self.problem.parameters[j], self.x.copy()
+            ahead = one.step if x[j] + one.step <= one.to_x(one.upper) else -one.step
+            for step in (ahead, -ahead):
+                x[j] = self.x[j] + step
+                try:
+                    self._beside[j] = self._replay(self._plant(x)), step
+                    break
+                except ScenarioError:
+                    if step != ahead:
+                        raise
+        return self._beside[j]
 
 
 def _stepper_of(setup: Setup, period: float) -> tuple[Midpoint, int]:

@@ -16,12 +16,13 @@ import numpy as np
 
 from softhand.calibration.problem import Linear, Problem, Run
 from softhand.calibration.triangle import triangle
+from softhand.errors import MeasurementError, SofthandError
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 
 _MOST_STEPS, _STILL = 40, 1e-3
 _LONGEST = 0.5  # of x in a step
-_LOOSE = 1e3  # times the slack, at the begin
+_TIGHTER = 0.1  # of the slack, after a step
 _LEAST_NOISE = {
     "joint_position": 1e-6, "joint_velocity": 1e-4, "object_position": 1e-7, "object_orientation": 1e-6,
     "contact_force": 1e-4, "contact_torsion": 1e-6,
@@ -183,6 +184,37 @@ def noise_left(problem: Problem, runs: Sequence[Run | Linear], which: Sequence[i
     return np.maximum(np.sqrt(squares / np.maximum(count, 1)), floors)
 
 
+def _must_be_numbers(problem: Problem, linear: Sequence[Linear], which: Sequence[int]) -> None:
+    for one, k in zip(linear, which, strict=True):
+        parts = (one.r, one.by_start, one.by_parameters, one.end_by_start, one.end_by_parameters)
+        if not all(bool(np.all(np.isfinite(part))) for part in parts):
+            raise MeasurementError(
+                f"{problem.log.source}: the run computed anew breaks down behind t = {problem.time(k):.4g} s: a tip "
+                "leaves the range of its law, or the grasp is lost. Begin from values nearer to the truth, take shorter "
+                "pieces (--piece), or cut the log there.", column="", value=problem.time(k),
+            )  # fmt: skip
+
+
+def _tried(
+    problem: Problem, x: Array, states: Sequence[State], which: Sequence[int], sigma: Array, slack: Array
+) -> float:
+    """The sum of squares there; infinite where the scenario does not take such parameters."""
+    try:
+        problem.at(x)
+    except SofthandError:
+        return np.inf
+    runs = problem.runs(states, which)
+    return cost_of(problem, runs, which, defects_of(problem, runs, which, states), sigma, slack)
+
+
+def _looseness(
+    problem: Problem, runs: Sequence[Run | Linear], which: Sequence[int], states: Sequence[State], tight: Array
+) -> float:
+    """How many times the slack the pieces are apart, at least 1."""
+    apart = [defect / tight for defect in defects_of(problem, runs, which, states)]
+    return max(1.0, float(np.sqrt(np.mean(np.square(apart))))) if apart else 1.0
+
+
 def bounds_of(problem: Problem) -> tuple[Array, Array]:
     """Lowest and highest x."""
     return (
@@ -210,16 +242,18 @@ def solve(
         progress: called with the number of a step and the cost.
     """
     lower, upper = bounds_of(problem)
-    x, states, damping, loose = x.copy(), list(states), 1e-4, _LOOSE
+    x, states, damping = x.copy(), list(states), 1e-2
     tight = slack_of(problem)
     problem.at(x)
     linear = problem.linear(states, which)
+    loose = _looseness(problem, linear, which, states, tight)
     is_done, count, weighings = False, 0, 0
     while count < _MOST_STEPS and not is_done:
         count += 1
         slack = loose * tight
         defects = defects_of(problem, linear, which, states)
         cost = cost_of(problem, linear, which, defects, sigma, slack)
+        _must_be_numbers(problem, linear, which)
         found = eliminate(problem, linear, which, defects, sigma, slack)
         dx = step_of(found, damping, x, lower, upper)
         share, is_better = 1.0, False
@@ -227,9 +261,7 @@ def solve(
             trial, after = x + share * dx, list(states)
             for c, S, k in zip(found.c, found.S, which, strict=True):
                 after[k] = problem.moved(states[k], share * (c - S @ dx))
-            problem.at(trial)
-            runs = problem.runs(after, which)
-            now = cost_of(problem, runs, which, defects_of(problem, runs, which, after), sigma, slack)
+            now = _tried(problem, trial, after, which, sigma, slack)
             is_better = now < cost
             share *= 1.0 if is_better else 0.3
         if progress is not None:
@@ -247,7 +279,7 @@ def solve(
         x, states, damping = trial, after, max(0.1 * damping, 1e-12) if share == 1.0 else damping
         linear = problem.linear(states, which)
         if loose > 1.0:
-            loose = max(0.1 * loose, 1.0) if share == 1.0 else loose
+            loose = max(min(_TIGHTER * loose, _looseness(problem, linear, which, states, tight)), 1.0)
         elif is_small:
             new = noise_left(problem, linear, which)
             is_done = weighings > 3 or float(np.max(np.abs(new / sigma - 1.0))) < 0.02
