@@ -91,9 +91,12 @@ def off(name: str, values: Array, others: Array, world: World) -> Array:
 
 def quaternion_product(a: Array, b: Array) -> Array:
     """a b of quaternions x, y, z, w along the last axis."""
-    u, s, v, t = a[..., :3], a[..., 3:], b[..., :3], b[..., 3:]
-    vector = s * v + t * u + np.cross(u, v)
-    return np.concatenate([vector, s * t - np.sum(u * v, axis=-1, keepdims=True)], axis=-1)
+    x, y, z, w = np.moveaxis(a, -1, 0)
+    i, j, k, s = np.moveaxis(b, -1, 0)
+    return np.stack([
+        w * i + s * x + y * k - z * j, w * j + s * y + z * i - x * k, w * k + s * z + x * j - y * i,
+        w * s - x * i - y * j - z * k,
+    ], axis=-1)  # fmt: skip
 
 
 def quaternion_by(turn: Array) -> Array:

@@ -15,7 +15,7 @@ from softhand.assembly.plant import read_supports, read_world
 from softhand.assembly.resolve import Setup
 from softhand.calibration.instruments import Instrument, instruments_of, measured_values, off, true_values
 from softhand.calibration.log import Log
-from softhand.calibration.parameters import DELAY, PLANT, Parameter, keyed
+from softhand.calibration.parameters import BIAS, DELAY, PLANT, Parameter, keyed
 from softhand.calibration.replay import Replay
 from softhand.derivatives.model import beyond
 from softhand.derivatives.states import state_entries
@@ -283,17 +283,23 @@ class _Bench:
         by_start = (self._off(k, {name: values[1:] for name, values in seen.items()}, here) / steps[:, None]).T
         end_by_start = (beyond(self.plant, ends[1:], ends[0]) / steps[:, None]).T
         by_parameters, end_by = np.zeros((len(r), len(p.parameters))), np.zeros((p.n_states, len(p.parameters)))
+        beside, steps_of, moved = [], [], []
         for j, one in enumerate(p.parameters):
-            if one.kind != PLANT:
+            if one.kind == PLANT:
+                replay, step = self._moved(j)
+                beside.append(replay.samples(state, torques, np.array([-1]), np.zeros(1))[0].copy())
+                steps_of.append(step)
+                moved.append(j)
+            elif one.kind == BIAS:
+                by_parameters[:, j] = one.worth * (p.channel[k] == p.channels.index((one.quantity, one.place[0])))
+            else:
                 x, step = self.x.copy(), one.step if self.x[j] + one.step <= one.to_x(one.upper) else -one.step
                 x[j] += step
-                seen = self._seen(true, self._at(x))
-            else:
-                beside, step = self._moved(j)
-                samples = beside.samples(state, torques, np.array([-1]), np.zeros(1))
-                seen = self._seen(self._true(samples[0]), self._instruments)
-                end_by[:, j] = beyond(self.plant, self._ends(k, samples), ends[0])[0] / step
-            by_parameters[:, j] = self._off(k, seen, here) / step
+                by_parameters[:, j] = self._off(k, self._seen(true, self._at(x)), here) / step
+        if moved:
+            samples, by = np.stack(beside), np.array(steps_of)[:, None]
+            by_parameters[:, moved] = (self._off(k, self._seen(self._true(samples), self._instruments), here) / by).T
+            end_by[:, moved] = (beyond(self.plant, self._ends(k, samples), ends[0]) / by).T
         return Linear(r, by_start, by_parameters, end, end_by_start, end_by)
 
     def _moved(self, j: int) -> tuple[Replay, float]:

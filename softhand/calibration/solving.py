@@ -230,6 +230,7 @@ def solve(
     sigma: Array,
     which: Sequence[int],
     progress: Callable[[int, float], None] | None = None,
+    hold: bool = False,
 ) -> Solution:
     """Gauss-Newton with the damping of Levenberg and Marquardt; slack and noise settle on the way.
 
@@ -240,6 +241,7 @@ def solve(
         sigma: noise of each channel, as guessed.
         which: pieces that are fitted; they follow one another.
         progress: called with the number of a step and the cost.
+        hold: whether the parameters stay as they are, and states alone are fitted.
     """
     lower, upper = bounds_of(problem)
     x, states, damping = x.copy(), list(states), 1e-2
@@ -255,7 +257,7 @@ def solve(
         cost = cost_of(problem, linear, which, defects, sigma, slack)
         _must_be_numbers(problem, linear, which)
         found = eliminate(problem, linear, which, defects, sigma, slack)
-        dx = step_of(found, damping, x, lower, upper)
+        dx = np.zeros(len(x)) if hold else step_of(found, damping, x, lower, upper)
         share, is_better = 1.0, False
         while share > 0.05 and not is_better:
             trial, after = x + share * dx, list(states)
