@@ -47,7 +47,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "design_lqr", "LqrDesign", "design_gains", "GainDesign",
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
-         "collisions", "Collisions", "Collision", "identify", "Identification",
+         "collisions", "Collisions", "Collision", "identify", "Identification", "calibrate", "Calibration", "Log",
          "material_of", "Material", "material_tip", "MaterialTip"),
     ),
     "pictures": (

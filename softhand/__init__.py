@@ -43,6 +43,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers.controller import Controller as Controller
     from softhand.controllers.linear_set_point import LinearSetPoint as LinearSetPoint
     from softhand.dampings.damping import Damping as Damping
+    from softhand.calibration.calibrate import calibrate as calibrate
+    from softhand.calibration.log import Log as Log
+    from softhand.calibration.record import Calibration as Calibration
     from softhand.derivatives.costs import FunctionCost as FunctionCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
     from softhand.derivatives.gradient import gradient as gradient
@@ -154,6 +157,9 @@ _HOMES = {
     "design.gain_design": ("GainDesign",),
     "design.gains": ("design_gains",),
     "design.lqr": ("LqrDesign", "design_lqr"),
+    "calibration.calibrate": ("calibrate",),
+    "calibration.log": ("Log",),
+    "calibration.record": ("Calibration",),
     "derivatives.costs": ("FunctionCost", "QuadraticCost"),
     "derivatives.gradient": ("gradient",),
     "derivatives.gradient_record": ("Gradient",),

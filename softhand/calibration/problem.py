@@ -92,6 +92,7 @@ class Problem:
         self.log, self.setup, self.parameters, self.period = log, setup, list(parameters), log.period
         self.names = [name for name in log.measured if np.isfinite(log.measured[name]).any()]
         self._stepper, self._steps = _stepper_of(setup, self.period)
+        self.step = self._stepper.step
         self._late = self._latest()
         count = max(round(length / self.period), 10) + self._late
         self.pieces = [Piece(first, count) for first in range(0, len(log) - count, count - self._late)]

@@ -17,12 +17,15 @@ import numpy as np
 from softhand.calibration.problem import Linear, Problem, Run
 from softhand.calibration.triangle import triangle
 from softhand.errors import MeasurementError, SofthandError
+from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 
 _MOST_STEPS, _STILL = 40, 1e-3
 _LONGEST = 0.5  # of x in a step
 _TIGHTER = 0.1  # of the slack, after a step
+_STEP = 2e-3  # [s] at which a fresh start is off by
+_TURN, _SHIFT, _SPIN, _SPEED, _STORED = 5e-6, 1e-7, 1e-3, 2e-5, 5e-5  # [rad], [m], [rad/s], [m/s], [rad]
 _LEAST_NOISE = {
     "joint_position": 1e-6, "joint_velocity": 1e-4, "object_position": 1e-7, "object_orientation": 1e-6,
     "contact_force": 1e-4, "contact_torsion": 1e-6,
@@ -76,9 +79,16 @@ def noise_of(problem: Problem) -> Array:
 
 
 def slack_of(problem: Problem) -> Array:
-    """Of each state: what a piece may begin beside the end of the one before it."""
-    nv, nz = problem.world.nv, len(problem.remembered)
-    return np.concatenate([np.full(nv, 1e-7), np.full(nv, 1e-5), np.full(nz, 1e-6)])
+    """Of each state: what a piece may begin beside the end of the one before it.
+
+    A piece starts afresh from q, v and z, where a run goes on with the kick of the step before: that is off by a little
+    of second order in the step, which grows with nothing and is no property of the hand.
+    """
+    world, nz = problem.world, len(problem.remembered)
+    turns = np.concatenate([~slides_of(world), [False] * 3, [True] * 3])
+    share = (problem.step / _STEP) ** 2
+    displacement, rate = np.where(turns, _TURN, _SHIFT), np.where(turns, _SPIN, _SPEED)
+    return share * np.concatenate([displacement, rate, np.full(nz, _STORED)])
 
 
 def eliminate(
