@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from softhand.assembly.resolve import Setup, resolve
-from softhand.calibration.fit import Fitted, fit, held_out_noise, look
+from softhand.calibration.fit import Fitted, fit, held_out_ratio, look
 from softhand.calibration.intervals import half_widths
 from softhand.calibration.log import Log, check_hand
 from softhand.calibration.motions import propose
@@ -100,8 +100,7 @@ def calibrate(
     if not kept:
         raise _nothing_told(read, unknown, None)
     fitted = fit(read, setup, kept, piece, held_out, starts, seed, workers, progress)
-    outside = held_out_noise(fitted, setup) if fitted.held_out else None
-    return _record(read, setup, fitted, unknown, level, outside)
+    return _record(read, setup, fitted, unknown, level)
 
 
 def _check(held_out: float, starts: int, level: float, piece: float, untold: str) -> None:
@@ -146,9 +145,7 @@ def _nothing_told(log: Log, unknown: list[Direction], motion: Any) -> Measuremen
     return error
 
 
-def _record(
-    log: Log, setup: Setup, fitted: Fitted, unknown: list[Direction], level: float, outside: Any
-) -> Calibration:
+def _record(log: Log, setup: Setup, fitted: Fitted, unknown: list[Direction], level: float) -> Calibration:
     problem, solution, spread = fitted.problem, fitted.solution, fitted.spread
     half = half_widths(spread, level)
     estimates = []
@@ -157,7 +154,7 @@ def _record(
         at_bound = min(abs(value - one.lower), abs(one.upper - value)) <= 1e-6 * max(abs(value), 1e-12)
         note = "at its bound" if at_bound else ""
         estimates.append(Estimate(one.name, value, low, high, one.unit, one.value, note))
-    ratios = np.full(len(problem.channels), np.nan) if outside is None else outside
+    ratios = held_out_ratio(fitted)
     residuals = []
     for name in problem.names:
         which = [k for k, (quantity, _) in enumerate(problem.channels) if quantity == name]

@@ -12,7 +12,7 @@ from softhand.calibration.intervals import Spread, information, spread_of
 from softhand.calibration.log import Log
 from softhand.calibration.parameters import Parameter
 from softhand.calibration.problem import Problem
-from softhand.calibration.solving import Solution, noise_left, noise_of, solve
+from softhand.calibration.solving import Solution, noise_of, solve
 from softhand.calibration.starting import first_states
 from softhand.calibration.told import Direction, untold
 from softhand.errors import MeasurementError, SofthandError
@@ -31,6 +31,8 @@ class Fitted(NamedTuple):
         which: pieces that were fitted.
         held_out: pieces that were not.
         others: x of the other starts, and their costs.
+        left: residuals of the pieces that were fitted.
+        left_held: of those that were not.
     """
 
     problem: Problem
@@ -39,6 +41,8 @@ class Fitted(NamedTuple):
     which: list[int]
     held_out: list[int]
     others: list[tuple[Array, float]]
+    left: list[Array]
+    left_held: list[Array]
 
 
 def sensitivity(log: Log, setup: Setup, parameters: Sequence[Parameter], length: float, threads: int) -> Array:
@@ -116,19 +120,26 @@ def fit(
         )  # fmt: skip
     spread = spread_of(problem, best, which)
     others = [(one.x, one.cost) for one in found if one is not best]
-    return Fitted(problem, best, spread, which, rest, others)
+    left = [run.r for run in problem.runs(best.states, which)]
+    return Fitted(problem, best, spread, which, rest, others, left, _held_out(problem, setup, best, rest) if rest else [])
 
 
-def held_out_noise(fitted: Fitted, setup: Setup) -> Array:
-    """Residuals of the pieces that were not fitted, over the noise, by channel: 1 is as good as the fit itself.
-
-    Only the states of these pieces are fitted, with the parameters as they are.
-    """
-    problem, solution, which = fitted.problem, fitted.solution, fitted.held_out
-    problem.at(solution.x)
+def _held_out(problem: Problem, setup: Setup, solution: Solution, which: list[int]) -> list[Array]:
+    """Residuals of pieces that were not fitted: the parameters stay, and the states follow what was measured there."""
     states = first_states(problem, setup.grasp.state, solution.x)
     held = solve(problem, solution.x, states, solution.sigma, which, hold=True)
-    return noise_left(problem, problem.runs(held.states, which), which) / solution.sigma
+    return [run.r for run in problem.runs(held.states, which)]
+
+
+def held_out_ratio(fitted: Fitted) -> Array:
+    """Root mean square of the residuals of the held-out pieces over the noise, by channel; NaN without any."""
+    problem = fitted.problem
+    squares, count = np.zeros(len(problem.channels)), np.zeros(len(problem.channels))
+    for k, r in zip(fitted.held_out, fitted.left_held, strict=True):
+        squares += np.bincount(problem.channel[k], r**2, len(squares))
+        count += np.bincount(problem.channel[k], minlength=len(squares))
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(squares / np.where(count > 0, count, np.nan)) / fitted.solution.sigma
 
 
 def _other(x: Array, parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:

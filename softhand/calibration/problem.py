@@ -146,9 +146,13 @@ class Problem:
         after.z[rows, columns] += dx[2 * nv :]
         return after
 
-    def state(self, q: Array, v: Array, z: Array, k: int) -> State:
-        """A state at the begin of a piece."""
-        return State(q, v, z, self.time(k))
+    def times(self, k: int) -> Array:
+        """Of each row of the residuals of a piece [s]."""
+        found, first = [], self.pieces[k].first
+        for name, (places, _) in zip(self.names, self._rows[k], strict=True):
+            width = 3 if name == "object_orientation" else self.log.measured[name].shape[1]
+            found.append(self.log.time[first + places // width])
+        return np.concatenate(found)
 
     def time(self, k: int) -> float:
         """At which a piece begins [s]."""

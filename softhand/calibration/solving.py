@@ -294,7 +294,7 @@ def solve(
             loose = max(min(_TIGHTER * loose, _looseness(problem, linear, which, states, tight)), 1.0)
         elif is_small:
             new = noise_left(problem, linear, which)
-            is_done = weighings > 3 or float(np.max(np.abs(new / sigma - 1.0))) < 0.02
+            is_done = weighings > 3 or float(np.max(np.abs(new / sigma - 1.0))) < 0.05
             sigma, weighings = new, weighings + 1
     defects = defects_of(problem, linear, which, states)
     return Solution(x, states, sigma, cost_of(problem, linear, which, defects, sigma, loose * tight), count, is_done)

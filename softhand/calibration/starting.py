@@ -8,7 +8,11 @@ millimetre of bias or of radius.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
 
 from softhand.calibration.instruments import Instrument, instruments_of, off, quaternion_by, quaternion_product
 from softhand.calibration.problem import Problem
@@ -19,6 +23,13 @@ from softhand.plant.state import State
 _AROUND = 0.012  # [s] to each side
 _LED = 0.004  # [s] between two times that the run is led
 _DRAWN = 0.05  # share of the way to where the object was seen, each time
+
+
+class Track(NamedTuple):
+    """A measured quantity, smoothed, and its rate, at each sample; of an orientation the angular velocity, world axes."""
+
+    values: Array
+    rates: Array
 
 
 def first_states(problem: Problem, start: State, x: Array) -> list[State]:
@@ -35,72 +46,69 @@ def first_states(problem: Problem, start: State, x: Array) -> list[State]:
     states: list[State] = []
     stride = max(round(_LED / problem.period), 1)
     late = instruments_of(problem.setup.scenario, problem.world, problem.names, problem.parameters, problem.values(x))
-    begins, last = [piece.first for piece in problem.pieces], problem.pieces[-1].first
-    state, now = _led(problem, start, 0, late), 0
-    for begin in begins:
-        while now < begin:
-            count = min(stride, begin - now)
+    names = [name for name in ("joint_position", "object_position", "object_orientation") if name in problem.names]
+    tracks = {name: _track(problem, name) for name in names}
+    state, now = _led(problem, start, 0, tracks, late), 0
+    for piece in problem.pieces:
+        while now < piece.first:
+            count = min(stride, piece.first - now)
             state = problem.go(state, now, count)
             now += count
             if not all(bool(np.all(np.isfinite(array))) for array in state.arrays):
-                raise _lost(problem, now, last)
-            state = _led(problem, state, now, late)
+                raise _lost(problem, now)
+            state = _led(problem, state, now, tracks, late)
         states.append(state)
     return states
 
 
-def _lost(problem: Problem, now: int, last: int) -> MeasurementError:
+def _lost(problem: Problem, now: int) -> MeasurementError:
     time = float(problem.log.time[0]) + now * problem.period
     return problem.log.refused(
         f"the object is lost at t = {time:.4g} s when the run is computed anew with the joints where they were measured; "
-        "begin from values nearer to the truth, give the scenario the start of the log, or cut the log before.",
-        column="", sample=None,
-    )  # fmt: skip
+        "begin from values nearer to the truth, give the scenario the start of the log, or cut the log before."
+    )
 
 
-def _led(problem: Problem, state: State, sample: int, late: dict[str, Instrument]) -> State:
+def _led(problem: Problem, state: State, sample: int, tracks: dict[str, Track], late: dict[str, Instrument]) -> State:
     """A state with the joints where they were measured, and the object drawn to where it was."""
-    world, time = problem.world, sample * problem.period
-    found = State(state.q.copy(), state.v.copy(), state.z.copy(), float(problem.log.time[0]) + time)
-    joints = late["joint_position"]
-    q, rate = _parabola(problem.period, problem.log.measured["joint_position"], time + joints.delay)
-    world.set_joint_position(q - joints.bias, found.q)
-    found.v[[j for _, _, j in world.joints[: world.n_joints]]] = rate
-    rotation = world.object_rotation(found.q)
-    if "object_orientation" in late:
-        one = late["object_orientation"]
-        here = np.broadcast_to(found.q[-4:], (len(problem.log), 4))
-        around = _around(problem.period, problem.log.measured["object_orientation"], time + one.delay)
-        if around is not None:
-            first, end = around
-            seen = problem.log.measured["object_orientation"][first:end]
-            turns = off("object_orientation", seen, here[first:end], world) - one.bias
-            turn, spin = _parabola(problem.period, turns, time + one.delay - first * problem.period)
-            found.q[-4:] = quaternion_product(quaternion_by(_DRAWN * turn), found.q[-4:])
-            found.q[-4:] /= np.linalg.norm(found.q[-4:])
-            rotation = world.object_rotation(found.q)
-            found.v[-3:] = rotation.T @ spin
-    if "object_position" in late:
-        one = late["object_position"]
-        if _around(problem.period, problem.log.measured["object_position"], time + one.delay) is not None:
-            p, rate = _parabola(problem.period, problem.log.measured["object_position"], time + one.delay)
-            found.q[-7:-4] += _DRAWN * (p - one.bias - found.q[-7:-4])
-            found.v[-6:-3] = rotation.T @ rate
+    world, last = problem.world, len(problem.log) - 1
+    found = State(state.q.copy(), state.v.copy(), state.z.copy(), float(problem.log.time[0]) + sample * problem.period)
+    at = {name: min(sample + round(late[name].delay / problem.period), last) for name in tracks}
+    k, joints = at["joint_position"], tracks["joint_position"]
+    world.set_joint_position(joints.values[k] - late["joint_position"].bias, found.q)
+    found.v[[j for _, _, j in world.joints[: world.n_joints]]] = joints.rates[k]
+    if "object_orientation" in tracks:
+        k, track = at["object_orientation"], tracks["object_orientation"]
+        turn = off("object_orientation", track.values[k], found.q[-4:], world) - late["object_orientation"].bias
+        found.q[-4:] = quaternion_product(quaternion_by(_DRAWN * turn), found.q[-4:])
+        found.q[-4:] /= np.linalg.norm(found.q[-4:])
+        found.v[-3:] = world.object_rotation(found.q).T @ track.rates[k]
+    if "object_position" in tracks:
+        k, track = at["object_position"], tracks["object_position"]
+        found.q[-7:-4] += _DRAWN * (track.values[k] - late["object_position"].bias - found.q[-7:-4])
+        found.v[-6:-3] = world.object_rotation(found.q).T @ track.rates[k]
     return found
 
 
-def _around(period: float, values: Array, time: float) -> tuple[int, int] | None:
-    """First and end of the samples about a time since the first one [s]; None where too few were measured."""
-    around = max(round(_AROUND / period), 2)
-    middle = min(max(round(time / period), 0), len(values) - 1)
-    first, end = max(0, middle - around), min(len(values), middle + around + 1)
-    return (first, end) if np.isfinite(values[first:end]).all(axis=1).sum() >= 5 else None
+def _track(problem: Problem, name: str) -> Track:
+    """By parabolas through the samples around each [Savitzky and Golay, Anal. Chem. 36, 1964]."""
+    values, period = problem.log.measured[name], problem.period
+    there = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if name == "object_orientation":  # the sign of a quaternion is free: no jumps
+        kept = values[there]
+        turns = np.cumprod(np.concatenate([[1.0], np.sign(np.sum(kept[1:] * kept[:-1], axis=1))]))
+        filled = _filled(there, kept * turns[:, None], len(values))
+    else:
+        filled = _filled(there, values[there], len(values))
+    width = min(2 * max(round(_AROUND / period), 2) + 1, len(values) - 1 + len(values) % 2)
+    smooth = savgol_filter(filled, width, 2, axis=0)
+    rates = savgol_filter(filled, width, 2, deriv=1, delta=period, axis=0)
+    if name == "object_orientation":
+        smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
+        rates = 2.0 * quaternion_product(rates, smooth * np.array([-1.0, -1.0, -1.0, 1.0]))[:, :3]  # q' = w q / 2
+    return Track(smooth, rates)
 
 
-def _parabola(period: float, values: Array, time: float) -> tuple[Array, Array]:
-    """Value and slope at a time since the first sample [s]."""
-    first, end = _around(period, values, time) or (0, len(values))
-    there = np.isfinite(values[first:end]).all(axis=1)
-    s = ((np.arange(first, end) * period - time) / _AROUND)[there]
-    c = np.linalg.lstsq(np.stack([np.ones_like(s), s, s**2], axis=1), values[first:end][there], rcond=None)[0]
-    return c[0], c[1] / _AROUND
+def _filled(there: NDArray[np.int64], values: Array, count: int) -> Array:
+    """Values at all samples, between those that there are by straight lines."""
+    return np.stack([np.interp(np.arange(count), there, column) for column in values.T], axis=1)
