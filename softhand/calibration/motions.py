@@ -19,6 +19,7 @@ from softhand.scenario.scenario import Scenario
 
 _DURATION, _LEG = 2.0, 0.4  # [s]
 _TURN, _SHIFT = math.radians(8.0), 0.004  # [rad], [m]
+_SHARES = (0.3, 0.5, 0.7, 0.9)
 _NOISE = {"joint_position": 1e-4, "object_position": 1e-4, "object_orientation": 1e-3, "contact_force": 0.02}
 
 
@@ -89,11 +90,16 @@ def _motions(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
     force = list(scenario.grasp.internal_force)
     usual = {"duration": _DURATION, "push": ()}
     slow, fast = _turning(scenario, force, 1.0), _turning(scenario, force, 2.0)
-    slips = {**usual, "fingertip.contact": "coulomb", "reference": slow, "push": _pushes(scenario)}
+    slips = {**usual, "fingertip.contact": "coulomb", "reference": slow}
+    pushed = [
+        ("push the object along each axis until tips slip, while it is turned and squeezed",
+         {**slips, "push": _pushes(scenario, share)})
+        for share in _SHARES
+    ]  # fmt: skip
     return [
         ("turn the object by 8 deg about each axis in turn, and squeeze it harder and softer", {**usual, "reference": slow}),
         ("the same twice as fast", {**usual, "reference": fast}),
-        ("push the object along each axis until tips slip, while it is turned and squeezed", slips),
+        *pushed,
     ]
 
 
@@ -112,11 +118,10 @@ def _turning(scenario: Scenario, force: list[float], pace: float) -> dict[str, A
     return {"kind": "waypoints", "waypoints": legs}
 
 
-def _pushes(scenario: Scenario) -> list[dict[str, Any]]:
-    total = sum(scenario.grasp.internal_force) * scenario.fingertip.friction * 0.4
+def _pushes(scenario: Scenario, share: float) -> list[dict[str, Any]]:
+    """One along each axis, a share of what friction bears at most."""
+    most = 2.0 * scenario.fingertip.friction * sum(scenario.grasp.internal_force)
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     return [
-        {"force": [total * a for a in axis], "start": 0.3 + 0.5 * k, "duration": 0.15} for k, axis in enumerate(axes)
+        {"force": [share * most * a for a in axis], "start": 0.3 + 0.5 * k, "duration": 0.1} for k, axis in enumerate(axes)
     ]
-
-

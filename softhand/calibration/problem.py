@@ -231,10 +231,11 @@ class _Bench:
 
     def _torques(self, k: int) -> Array:
         piece = self.problem.pieces[k]
-        return self.problem.log.joint_torque[piece.first : piece.first + piece.count - 1]
+        return self.problem.log.joint_torque[piece.first : piece.first + piece.count]
 
     def _true(self, seen: Array) -> dict[str, Array]:
-        return {name: true_values(name, seen, self.plant.world) for name in self.problem.names}
+        count = self.problem.pieces[0].count
+        return {name: true_values(name, seen[..., :count, :], self.plant.world) for name in self.problem.names}
 
     def _seen(self, true: dict[str, Array], instruments: dict[str, Instrument]) -> dict[str, Array]:
         p = self.problem
