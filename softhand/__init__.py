@@ -30,6 +30,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.assistant.new_scenario import new_scenario as new_scenario
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
+    from softhand.calibration.calibrate import calibrate as calibrate
+    from softhand.calibration.log import Log as Log
+    from softhand.calibration.record import Calibration as Calibration
     from softhand.checks.check import check as check
     from softhand.closed_loop.grasp_stiffness import GraspStiffness as GraspStiffness
     from softhand.closed_loop.grasp_stiffness import grasp_stiffness as grasp_stiffness
@@ -43,9 +46,6 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.controllers.controller import Controller as Controller
     from softhand.controllers.linear_set_point import LinearSetPoint as LinearSetPoint
     from softhand.dampings.damping import Damping as Damping
-    from softhand.calibration.calibrate import calibrate as calibrate
-    from softhand.calibration.log import Log as Log
-    from softhand.calibration.record import Calibration as Calibration
     from softhand.derivatives.costs import FunctionCost as FunctionCost
     from softhand.derivatives.costs import QuadraticCost as QuadraticCost
     from softhand.derivatives.gradient import gradient as gradient

@@ -60,7 +60,7 @@ def read_csv_log(file: Path, hand: Hand) -> Log:
     for name in ("time", *(f"q.{joint}" for joint in hand.joints), *(f"tau.{joint}" for joint in hand.joints)):
         if name not in columns:
             raise table.refused(
-                f"column {show(name)} is missing; a log needs time, and position q.JOINT and torque tau.JOINT of each of "
+                f"column {show(name)} is missing; a log needs time, position q.JOINT and torque tau.JOINT of each of "
                 f"the {len(hand.joints)} joints of the hand.", column=name, value=None,
             )  # fmt: skip
     return Log(
@@ -96,7 +96,8 @@ def _hint(name: str, known: dict[str, str], hand: Hand) -> str:
         return f"The hand of the scenario has no joint {show(rest)}; it has {', '.join(hand.joints)}."
     near = nearest(name, known)
     ways = "time, q.JOINT, dq.JOINT, tau.JOINT, object.x, object.roll, object.qx, force.TIP.x, torsion.TIP"
-    return f"{f'Did you mean {show(near)}? ' if near else ''}Known: {ways}, of the joints {hand.joints[0]} to {hand.joints[-1]}."
+    hint = f"Did you mean {show(near)}? " if near else ""
+    return f"{hint}Known: {ways}, of the joints {hand.joints[0]} to {hand.joints[-1]}."
 
 
 def _numbers(table: Table, column: int) -> Array:
@@ -141,7 +142,8 @@ def _measured(table: Table, columns: dict[str, Array], hand: Hand) -> dict[str, 
         length = np.linalg.norm(found["object_orientation"], axis=1)
         if np.any(np.abs(length - 1.0) > 0.02):
             k = int(np.nanargmax(np.abs(length - 1.0)))
-            raise table.refused(f"the quaternion has the length {length[k]:.4g}; it must be 1.", k, "object.qw", length[k])
+            raise table.refused(
+                f"the quaternion has the length {length[k]:.4g}; it must be 1.", k, "object.qw", length[k]
+            )
         found["object_orientation"] /= length[:, None]
     return found
-

@@ -121,7 +121,9 @@ def fit(
     spread = spread_of(problem, best, which)
     others = [(one.x, one.cost) for one in found if one is not best]
     left = [run.r for run in problem.runs(best.states, which)]
-    return Fitted(problem, best, spread, which, rest, others, left, _held_out(problem, setup, best, rest) if rest else [])
+    return Fitted(
+        problem, best, spread, which, rest, others, left, _held_out(problem, setup, best, rest) if rest else []
+    )
 
 
 def _held_out(problem: Problem, setup: Setup, solution: Solution, which: list[int]) -> list[Array]:
@@ -150,4 +152,3 @@ def _other(x: Array, parameters: Sequence[Parameter], rng: np.random.Generator) 
 
 def _note(progress: Callable[[str], None], start: int, starts: int) -> Callable[[int, float], None]:
     return lambda step, cost: progress(f"start {start + 1} of {starts}, step {step}")
-

@@ -42,8 +42,8 @@ def information(problem: Problem, solution: Solution, which: Sequence[int]) -> t
 def spread_of(problem: Problem, solution: Solution, which: Sequence[int]) -> Spread:
     """How well the parameters of a solution are known.
 
-    Where the residuals are white, the covariance is that of least squares, (A^T A)^-1, A the derivatives of the weighted
-    residuals with all states following. Where neighbours are alike, as where the model is not the hand, it is
+    Where the residuals are white, the covariance is that of least squares, (A^T A)^-1, A the derivatives of the
+    weighted residuals with all states following. Where neighbours are alike, as where the model is not the hand, it is
     (A^T A)^-1 (sum g g^T) (A^T A)^-1 with the scores g = A^T r of stretches of 0.25 s [Liang and Zeger, Biometrika 73,
     1986], and Student's t of as many stretches less one.
     """

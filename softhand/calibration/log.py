@@ -133,7 +133,9 @@ def _component(log: Log, name: str, k: int) -> str:
     return f"{name} of {log.joints[k]}" if log.joints else f"{name}, component {k + 1},"
 
 
-def check_hand(log: Log, names: tuple[str, ...], tips: int, lower: Array, upper: Array, slides: NDArray[np.bool_]) -> None:
+def check_hand(
+    log: Log, names: tuple[str, ...], tips: int, lower: Array, upper: Array, slides: NDArray[np.bool_]
+) -> None:
     """Refuse a log of another hand, or of other units.
 
     Args:
@@ -175,6 +177,4 @@ def check_hand(log: Log, names: tuple[str, ...], tips: int, lower: Array, upper:
         fits = not slides[j] and np.all((in_degrees > lower[j] - room[j]) & (in_degrees < upper[j] + room[j]))
         hint = "as degrees they would: write [deg] in the header, or convert them" if fits else (
             "the unit, the sign or the hand is another one")  # fmt: skip
-        raise log.refused(
-            f"{names[j]} is at {q[k, j]:.4g}, but its limits are {limits}; {hint}.", k, names[j]
-        )
+        raise log.refused(f"{names[j]} is at {q[k, j]:.4g}, but its limits are {limits}; {hint}.", k, names[j])

@@ -97,7 +97,10 @@ def _motions(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
         for share in _SHARES
     ]  # fmt: skip
     return [
-        ("turn the object by 8 deg about each axis in turn, and squeeze it harder and softer", {**usual, "reference": slow}),
+        (
+            "turn the object by 8 deg about each axis in turn, and squeeze it harder and softer",
+            {**usual, "reference": slow},
+        ),
         ("the same twice as fast", {**usual, "reference": fast}),
         *pushed,
     ]
@@ -105,7 +108,18 @@ def _motions(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
 
 def _turning(scenario: Scenario, force: list[float], pace: float) -> dict[str, Any]:
     p, rpy = scenario.object.position, scenario.object.rpy
-    ways = ((1, 0, 0), (-1, 1, 0), (0, -1, 1), (0, 0, -1), (1, 1, 1), (-1, 0, -1), (0, 1, -1), (1, -1, 0), (-1, -1, 1), (0, 0, 0))
+    ways = (
+        (1, 0, 0),
+        (-1, 1, 0),
+        (0, -1, 1),
+        (0, 0, -1),
+        (1, 1, 1),
+        (-1, 0, -1),
+        (0, 1, -1),
+        (1, -1, 0),
+        (-1, -1, 1),
+        (0, 0, 0),
+    )
     legs = []
     for k, way in enumerate(ways[: int(_DURATION * pace / _LEG)]):
         squeeze = 1.3 if k % 2 == 0 else 0.9
@@ -123,5 +137,6 @@ def _pushes(scenario: Scenario, share: float) -> list[dict[str, Any]]:
     most = 2.0 * scenario.fingertip.friction * sum(scenario.grasp.internal_force)
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     return [
-        {"force": [share * most * a for a in axis], "start": 0.3 + 0.5 * k, "duration": 0.1} for k, axis in enumerate(axes)
+        {"force": [share * most * a for a in axis], "start": 0.3 + 0.5 * k, "duration": 0.1}
+        for k, axis in enumerate(axes)
     ]

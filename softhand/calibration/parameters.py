@@ -93,8 +93,8 @@ def choose(
             if one == WRENCH or isinstance(one, str) or one.key.split(".")[0] in _OF_THE_RUN:
                 what = WRENCH if isinstance(one, str) else one.key
                 raise ScenarioError(
-                    f"--fit {what}: is not of the hand, the tips, the object or an instrument, and the torques of a log "
-                    "do without it; leave it out.",
+                    f"--fit {what}: is not of the hand, the tips, the object or an instrument, and the torques of a "
+                    "log do without it; leave it out.",
                     key="fit", value=what,
                 )  # fmt: skip
             found.append(_of_plant(one))

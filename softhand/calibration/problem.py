@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand.assembly.parts import read_fingertips
 from softhand.assembly.plant import read_supports, read_world
@@ -106,9 +105,7 @@ class Problem:
         self._benches: list[_Bench] = [self._bench() for _ in range(self._threads)]
         plant = self._benches[0].plant
         self.n_states, self.remembered = self._benches[0].base.model.n_states, self._benches[0].base.model.remembered
-        self._state_steps = state_entries(
-            plant, slides_of(plant.world), self.remembered, self.period
-        ).steps
+        self._state_steps = state_entries(plant, slides_of(plant.world), self.remembered, self.period).steps
         self.world = plant.world
 
     def values(self, x: Array) -> Array:
@@ -163,7 +160,9 @@ class Problem:
             return [work(self._benches[0], k) for k in which]
         parts = np.array_split(np.asarray(list(which)), self._threads)
         with ThreadPoolExecutor(self._threads) as pool:
-            found = list(pool.map(lambda pair: [work(pair[0], int(k)) for k in pair[1]], zip(self._benches, parts)))
+            found = list(
+                pool.map(lambda pair: [work(pair[0], int(k)) for k in pair[1]], zip(self._benches, parts, strict=True))
+            )
         return [one for part in found for one in part]
 
     def _latest(self) -> int:
@@ -204,7 +203,6 @@ class _Bench:
         self.become(np.array([one.to_x(one.value) for one in problem.parameters]))
 
     def become(self, x: Array) -> None:
-        p = self.problem
         self.x = x
         self.plant = self._plant(x)
         self.base = self._replay(self.plant)

@@ -97,7 +97,9 @@ class Calibration(Record):
         found = [one for one in self.estimates if one.name == name or one.name.endswith(f".{name}")]
         if len(found) != 1:
             names = ", ".join(one.name for one in self.estimates)
-            raise MeasurementError(f"{name}: was not fitted, or is not unique; there are {names}.", column=name, value=None)
+            raise MeasurementError(
+                f"{name}: was not fitted, or is not unique; there are {names}.", column=name, value=None
+            )
         return found[0]
 
     def value(self, name: str) -> float:
@@ -123,7 +125,12 @@ class Calibration(Record):
     def residual_rows(self) -> list[tuple[str, ...]]:
         """Quantity, noise, held-out residuals over it, and correlation of neighbours."""
         return [
-            (one.quantity, f"{one.noise:.3g}", "-" if np.isnan(one.held_out) else f"{one.held_out:.3f}", f"{one.alike:.3f}")
+            (
+                one.quantity,
+                f"{one.noise:.3g}",
+                "-" if np.isnan(one.held_out) else f"{one.held_out:.3f}",
+                f"{one.alike:.3f}",
+            )
             for one in self.residuals
         ]
 
@@ -143,5 +150,7 @@ class Calibration(Record):
             for one in worse
         ]
         if self.agreeing < self.starts:
-            said.append(f"{self.starts - self.agreeing} of {self.starts} starts came to rest elsewhere, with a larger sum")
+            said.append(
+                f"{self.starts - self.agreeing} of {self.starts} starts came to rest elsewhere, with a larger sum"
+            )
         return tuple(said)

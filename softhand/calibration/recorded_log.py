@@ -70,7 +70,9 @@ def quaternions_of(rpy: Array) -> Array:
     """Quaternions x, y, z, w of roll, pitch, yaw, shape (T, 4); NaN where these are."""
     half = 0.5 * rpy
     (a, b, c), (d, e, f) = np.sin(half).T, np.cos(half).T
-    return np.stack([a * e * f - d * b * c, d * b * f + a * e * c, d * e * c - a * b * f, d * e * f + a * b * c], axis=1)
+    return np.stack(
+        [a * e * f - d * b * c, d * b * f + a * e * c, d * e * c - a * b * f, d * e * f + a * b * c], axis=1
+    )
 
 
 def _at_samples(name: str, one: InstrumentSection, values: Array, period: float) -> Array:
@@ -104,5 +106,3 @@ def _tip_rotations(world: World, data: pin.Data, angles: Array) -> Array:
     world.set_joint_position(angles, q)
     pin.forwardKinematics(world.model, data, world.configuration(q))
     return np.array([data.oMi[tip.joint].rotation @ tip.rotation for tip in world.tips])
-
-

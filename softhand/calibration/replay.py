@@ -83,7 +83,9 @@ def look(m, moves, tips, row):
         for k in range(3):
             along = 0.0
             for r in range(3):
-                axis = pose[r] * pad.rotation[0, k] + pose[3 + r] * pad.rotation[1, k] + pose[6 + r] * pad.rotation[2, k]
+                axis = (
+                    pose[r] * pad.rotation[0, k] + pose[3 + r] * pad.rotation[1, k] + pose[6 + r] * pad.rotation[2, k]
+                )
                 C = contact.rotation
                 along += axis * (C[r, 0] * f[0] + C[r, 1] * f[1] + C[r, 2] * f[2])
             row[place + k] = along
@@ -116,9 +118,7 @@ class Replay:
             np.zeros((most, 1 + periods, world.nq + world.nv + TIP * tips + len(self.model.remembered))),
         )  # fmt: skip
         model = self.model
-        self._run = addressed(
-            run_pieces, model.mechanics, model.moves, self._piece, model.count, layouts=model.layouts
-        )
+        self._run = addressed(run_pieces, model.mechanics, model.moves, self._piece, model.count, layouts=model.layouts)
 
     def samples(self, state: State, torques: Array, entries: NDArray[np.int64], amounts: Array) -> Array:
         """What is seen of a piece from some starts.

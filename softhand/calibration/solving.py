@@ -92,7 +92,12 @@ def slack_of(problem: Problem) -> Array:
 
 
 def eliminate(
-    problem: Problem, linear: Sequence[Linear], which: Sequence[int], defects: Sequence[Array], sigma: Array, slack: Array
+    problem: Problem,
+    linear: Sequence[Linear],
+    which: Sequence[int],
+    defects: Sequence[Array],
+    sigma: Array,
+    slack: Array,
 ) -> Eliminated:
     """Eliminate the states.
 
@@ -171,7 +176,12 @@ def step_of(found: Eliminated, damping: float, x: Array, lower: Array, upper: Ar
 
 
 def cost_of(
-    problem: Problem, runs: Sequence[Run | Linear], which: Sequence[int], defects: Sequence[Array], sigma: Array, slack: Array
+    problem: Problem,
+    runs: Sequence[Run | Linear],
+    which: Sequence[int],
+    defects: Sequence[Array],
+    sigma: Array,
+    slack: Array,
 ) -> float:
     """The sum of squares; infinite where a run does not come to its end."""
     total = sum(float(np.sum((one.r / sigma[problem.channel[k]]) ** 2)) for one, k in zip(runs, which, strict=True))
@@ -179,7 +189,9 @@ def cost_of(
     return total if np.isfinite(total) else np.inf
 
 
-def defects_of(problem: Problem, runs: Sequence[Run | Linear], which: Sequence[int], states: Sequence[State]) -> list[Array]:
+def defects_of(
+    problem: Problem, runs: Sequence[Run | Linear], which: Sequence[int], states: Sequence[State]
+) -> list[Array]:
     """By how much the states are beyond the ends of the pieces before them."""
     return [problem.defect(states[k], one.end) for one, k in zip(runs[:-1], which[1:], strict=True)]
 

@@ -46,7 +46,8 @@ def calibrate(
     ] = None,
     changes: Set = [],  # noqa: B006
     held_out: Annotated[
-        float, typer.Option("--held-out", metavar="SHARE", help="Of the log, at its end, that is predicted, not fitted.")
+        float,
+        typer.Option("--held-out", metavar="SHARE", help="Of the log, at its end, that is predicted, not fitted."),
     ] = 0.2,
     starts: Annotated[int, typer.Option(metavar="COUNT", help="How many values the fit begins from.")] = 1,
     seed: Annotated[int, typer.Option(metavar="SEED", help="Of all starts but the first.")] = 0,
@@ -140,4 +141,3 @@ def _print(found: Calibration, printer: Printer) -> None:
     )
     for finding in found.findings:
         printer.say(finding, "warning")
-

@@ -76,7 +76,10 @@ def _draw_residuals(axes: Axes, found: Calibration, name: str) -> None:
     fitted = found.fitted
     problem = fitted.problem
     wanted = [k for k, (quantity, _) in enumerate(problem.channels) if quantity == name]
-    for pieces, runs, color in ((fitted.which, fitted.left, FINGERS[2]), (fitted.held_out, fitted.left_held, FINGERS[1])):
+    for pieces, runs, color in (
+        (fitted.which, fitted.left, FINGERS[2]),
+        (fitted.held_out, fitted.left_held, FINGERS[1]),
+    ):
         if not pieces:
             continue
         time, values = [], []
