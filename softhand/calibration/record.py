@@ -137,6 +137,7 @@ class Calibration(Record):
     @property
     def findings(self) -> tuple[str, ...]:
         """What is to be said of the fit."""
+        elsewhere = self.starts - self.agreeing
         said = [f"not told, and held: {text}" for text in self.untold]
         alike = [f"{one.quantity} ({one.alike:.2f})" for one in self.residuals if abs(one.alike) > 0.1]
         if not self.is_noise:
@@ -151,6 +152,6 @@ class Calibration(Record):
         ]
         if self.agreeing < self.starts:
             said.append(
-                f"{self.starts - self.agreeing} of {self.starts} starts came to rest elsewhere, with a larger sum"
+                f"{elsewhere} of {self.starts} starts came to rest elsewhere, with a larger sum"
             )
         return tuple(said)

@@ -26,7 +26,7 @@ _DRAWN = 0.05  # share of the way to where the object was seen, each time
 
 
 class Track(NamedTuple):
-    """A measured quantity, smoothed, and its rate, at each sample; of an orientation the angular velocity, world axes."""
+    """A measured quantity, smoothed, and its rate at each sample; of an orientation the angular velocity in the world."""
 
     values: Array
     rates: Array
@@ -64,8 +64,8 @@ def first_states(problem: Problem, start: State, x: Array) -> list[State]:
 def _lost(problem: Problem, now: int) -> MeasurementError:
     time = float(problem.log.time[0]) + now * problem.period
     return problem.log.refused(
-        f"the object is lost at t = {time:.4g} s when the run is computed anew with the joints where they were measured; "
-        "begin from values nearer to the truth, give the scenario the start of the log, or cut the log before."
+        f"the object is lost at t = {time:.4g} s when the run is computed anew with the joints where they were "
+        "measured; begin from values nearer to the truth, give the scenario the start of the log, or cut the log before."
     )
 
 

@@ -1,4 +1,4 @@
-"""The triangle of a QR decomposition, compiled: for thousands of small ones the threads of a BLAS are in each other's way."""
+"""The triangle of a QR decomposition, compiled: of many small ones the threads of a BLAS are in each other's way."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ Group.tasks = {
     "Run": ("simulate", "compare", "reproduce"),
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
     "Study a grasp": ("grasp", "equilibrium", "workspace", "squeeze", "push", "stability", "design", "gradient"),
-    "Study a fingertip": ("identify", "material", "remark3"),
+    "Study a fingertip": ("identify", "calibrate", "material", "remark3"),
     "Trust": ("validate",),
 }
 

@@ -64,8 +64,8 @@ def calibrate(
     """Fit law, damping, masses and instruments to a log.
 
     The run is computed anew under the logged torques. Writes calibration.png and fitted.toml. A log needs time, joint
-    positions and torques; CSV columns: time, q.JOINT, tau.JOINT, and object.x, object.roll, force.TIP.x where there are,
-    each with its unit in square brackets, such as "q.finger_1_joint_1 [deg]".
+    positions and torques; CSV columns: time, q.JOINT, tau.JOINT, and object.x, object.roll, force.TIP.x if they are
+    there, each with its unit in square brackets, such as "q.finger_1_joint_1 [deg]".
     """
     check_folder(out)
     from softhand.calibration.calibrate import calibrate
