@@ -75,6 +75,7 @@ def test_values_come_back(recording, log, scenario):
     softhand.check(found.scenario)
 
 
+@pytest.mark.slow
 def test_what_is_not_told_is_refused_by_name(recording, scenario):
     """Friction of tips that do not slip has no column; a motion that makes them slip is proposed, and tells it."""
     with pytest.raises(softhand.SofthandError, match=r"does not tell fingertip\.friction") as raised:
@@ -86,6 +87,7 @@ def test_what_is_not_told_is_refused_by_name(recording, scenario):
     assert again.is_slipping.any() and motion.fingertip.contact == "coulomb"
 
 
+@pytest.mark.slow
 def test_held_instead(recording, scenario):
     """It stays, and is told."""
     found = softhand.calibrate(recording, ["friction", "mass"], scenario, untold="hold", held_out=0.0, threads=1)

@@ -148,17 +148,17 @@ def test_the_help_of_the_program_has_every_command_by_its_task(tmp_path):
 
 
 SHARED = {
-    "--set": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3",
+    "--set": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3",
     "--law": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify",
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
-    "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
+    "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify calibrate validate "
     "plot report film export energy lyapunov material new",
-    "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
+    "--plugin": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
     "list plot view report film export energy lyapunov",
-    "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
+    "--json": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
     "validate energy lyapunov list hands material new",
-    "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
+    "--quiet": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
     "identify validate new plot view report film export energy lyapunov material",
 }
 """Options and the commands that have them."""

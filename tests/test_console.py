@@ -102,6 +102,7 @@ OUTS: list[tuple[str, ...]] = [
     ("compare", "--out", FOLDERED),
     ("reproduce", "--out", FOLDERED),
     ("identify", "--example", "--out", FOLDERED),
+    ("calibrate", "run.nc", "--fit", "mass", "--out", FOLDERED),
     ("new", "hand.urdf", "--out", "no-folder/my.toml"),
     ("material", "--radius", "10mm", "--shear", "60kPa", "--out", FOLDERED),
 ]

@@ -99,12 +99,17 @@ def choose(
                 )  # fmt: skip
             found.append(_of_plant(one))
     for given in bounds:
-        if not any(given in (one.name, one.key) for one in found):
+        if not any(_is_named(one, given) for one in found):
             raise ScenarioError(
                 f"bounds: {given} is not fitted; bounds are of {', '.join(one.name for one in found)}.",
                 key="bounds", value=given,
             )  # fmt: skip
-    return [_bounded(one, bounds.get(one.name, bounds.get(one.key))) for one in found]
+    return [_bounded(one, next((bounds[name] for name in bounds if _is_named(one, name)), None)) for one in found]
+
+
+def _is_named(one: Parameter, name: str) -> bool:
+    """By its name, its key, or the last part of one."""
+    return any(name == own or own.endswith(f".{name}") for own in (one.name, one.key))
 
 
 _OF_THE_RUN = ("controller", "reference", "grasp", "duration", "control_period", "stepper", "record", "push", "sensing")

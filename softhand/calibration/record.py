@@ -142,8 +142,8 @@ class Calibration(Record):
         alike = [f"{one.quantity} ({one.alike:.2f})" for one in self.residuals if abs(one.alike) > 0.1]
         if not self.is_noise:
             said.append(
-                f"the residuals of {', '.join(alike)} are like their neighbours: the model is not all that is in the log; "
-                "the intervals allow for that, but not for a bias of the model"
+                f"the residuals of {', '.join(alike)} are like their neighbours: the model is not all that is in the "
+                "log; the intervals allow for that, but not for a bias of the model"
             )
         worse = [one for one in self.residuals if one.held_out > _WORSE]
         said += [
@@ -151,7 +151,5 @@ class Calibration(Record):
             for one in worse
         ]
         if self.agreeing < self.starts:
-            said.append(
-                f"{elsewhere} of {self.starts} starts came to rest elsewhere, with a larger sum"
-            )
+            said.append(f"{elsewhere} of {self.starts} starts came to rest elsewhere, with a larger sum")
         return tuple(said)

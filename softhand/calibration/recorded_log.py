@@ -79,8 +79,8 @@ def _at_samples(name: str, one: InstrumentSection, values: Array, period: float)
     """NaN where an instrument held its last sample."""
     if one.filter is not None:
         raise MeasurementError(
-            f"sensing.{name}.filter: a low-pass filter smears samples over time, which a fit takes for motion; log what "
-            "comes before it, and leave the key out.",
+            f"sensing.{name}.filter: a low-pass filter smears samples over time, which a fit takes for motion; log "
+            "what comes before it, and leave the key out.",
             column=name, value=one.filter,
         )  # fmt: skip
     stride, delay = stride_of(one.rate, period), round(one.delay / period)

@@ -25,7 +25,7 @@ _MOST_STEPS, _STILL = 40, 1e-3
 _LONGEST = 0.5  # of x in a step
 _TIGHTER = 0.1  # of the slack, after a step
 _STEP = 2e-3  # [s] at which a fresh start is off by
-_TURN, _SHIFT, _SPIN, _SPEED, _STORED = 5e-6, 1e-7, 1e-3, 2e-5, 5e-5  # [rad], [m], [rad/s], [m/s], [rad]
+_TURN, _SHIFT, _SPIN, _SPEED, _STORED = 5e-7, 1e-8, 1e-4, 2e-6, 5e-6  # [rad], [m], [rad/s], [m/s], [rad]
 _LEAST_NOISE = {
     "joint_position": 1e-6, "joint_velocity": 1e-4, "object_position": 1e-7, "object_orientation": 1e-6,
     "contact_force": 1e-4, "contact_torsion": 1e-6,
@@ -212,8 +212,8 @@ def _must_be_numbers(problem: Problem, linear: Sequence[Linear], which: Sequence
         if not all(bool(np.all(np.isfinite(part))) for part in parts):
             raise MeasurementError(
                 f"{problem.log.source}: the run computed anew breaks down behind t = {problem.time(k):.4g} s: a tip "
-                "leaves the range of its law, or the grasp is lost. Begin from values nearer to the truth, take shorter "
-                "pieces (--piece), or cut the log there.", column="", value=problem.time(k),
+                "leaves the range of its law, or the grasp is lost. Begin from values nearer to the truth, take "
+                "shorter pieces (--piece), or cut the log there.", column="", value=problem.time(k),
             )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ _DRAWN = 0.05  # share of the way to where the object was seen, each time
 
 
 class Track(NamedTuple):
-    """A measured quantity, smoothed, and its rate at each sample; of an orientation the angular velocity in the world."""
+    """A measured quantity, smoothed, and its rate at each sample; of an orientation the angular velocity."""
 
     values: Array
     rates: Array
@@ -65,7 +65,8 @@ def _lost(problem: Problem, now: int) -> MeasurementError:
     time = float(problem.log.time[0]) + now * problem.period
     return problem.log.refused(
         f"the object is lost at t = {time:.4g} s when the run is computed anew with the joints where they were "
-        "measured; begin from values nearer to the truth, give the scenario the start of the log, or cut the log before."
+        "measured; begin from values nearer to the truth, give the scenario the start of the log, or cut the log "
+        "before."
     )
 
 
