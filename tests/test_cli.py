@@ -152,13 +152,16 @@ SHARED = {
     "--law": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify",
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
-    "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify calibrate validate "
-    "plot report film export energy lyapunov material new",
-    "--plugin": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
+    "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
+    "calibrate plot report film export energy lyapunov material new",
+    "--plugin": "calibrate "
+    "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
     "list plot view report film export energy lyapunov",
-    "--json": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
+    "--json": "calibrate "
+    "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
     "validate energy lyapunov list hands material new",
-    "--quiet": "calibrate simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
+    "--quiet": "calibrate "
+    "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
     "identify validate new plot view report film export energy lyapunov material",
 }
 """Options and the commands that have them."""
