@@ -215,3 +215,18 @@ def test_inertia_of_an_object():
     assert np.allclose(inertia.inertia, np.diag(given)) and inertia.mass == pytest.approx(0.3)
     with pytest.raises(softhand.SofthandError, match="sum of the two others"):
         softhand.load_scenario("hold", {"object.inertia": (1e-5, 2e-5, 4e-5)})
+
+
+def test_the_place_of_a_tip():
+    """Half a millimetre along the axis of a tip is found, within some standard deviations of micrometres."""
+    tips = [{"frame": "finger_1_tip", "name": "tip_1", "position": [0.0005, 0.0, 0.0]},
+            {"frame": "finger_2_tip", "name": "tip_2"}]  # fmt: skip
+    scenario = softhand.load_scenario("pinch", {"hand.tips": tips, "duration": 0.4, "reference.duration": 0.3, **NOISE})
+    begin = {"hand.tips": [{**tips[0], "position": [0.0, 0.0, 0.0]}, tips[1]]}
+    recording = softhand.simulate(scenario)
+    found = softhand.calibrate(
+        recording, ["hand.tips[0].position[0]"], scenario, overrides=begin, held_out=0.0, threads=1
+    )
+    (one,) = found.estimates
+    assert abs(one.value - 5e-4) < 2.0 * (one.high - one.low) < 5e-5
+    assert found.scenario.hand.tips[0].position[0] == one.value

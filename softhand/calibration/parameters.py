@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ _WORTH = {
     "contact_force": 0.5, "contact_torsion": 5e-3,
 }  # fmt: skip
 _LENGTH = 3e-3  # [m], by which a place is worth to be known
+_TURN = 0.03  # [rad], likewise an orientation
 _LATEST, _DELAY_WORTH = 0.01, 5e-3  # [s]
 _STEP = 1e-4  # of the worth, for differences
 
@@ -38,8 +40,8 @@ class Parameter(NamedTuple):
     """Of the scenario."""
     kind: str
     """`PLANT`, or `BIAS` or `DELAY` of an instrument."""
-    place: tuple[int, ...]
-    """In the list that the key has."""
+    place: tuple[int | str, ...]
+    """In the lists and tables that the key has."""
     value: float
     """Where the fit begins."""
     lower: float
@@ -89,6 +91,9 @@ def choose(
         if len(parts) == 3 and parts[0] == "sensing" and parts[2].partition("[")[0] in (BIAS, DELAY):
             found += _of_instrument(scenario, world, name, parts)
             continue
+        if name.startswith("hand.tips["):
+            found += _of_tip(scenario, name)
+            continue
         for one in find_parameters(scenario, world, [name]):
             if one == WRENCH or isinstance(one, str) or one.key.split(".")[0] in _OF_THE_RUN:
                 what = WRENCH if isinstance(one, str) else one.key
@@ -122,6 +127,44 @@ def _of_plant(one: Any) -> Parameter:
     if one.key.endswith((".nu", ".poisson")):
         upper = 0.5
     return Parameter(one.name, one.key, PLANT, one.place, one.value, lower, upper, one.unit, worth, one.whole)
+
+
+def _of_tip(scenario: Scenario, name: str) -> list[Parameter]:
+    """Place or orientation of a tip on its link, `hand.tips[0].position` or one number of it."""
+    tips = scenario.model_dump()["hand"]["tips"]
+    said = re.fullmatch(r"hand\.tips\[(\d+)\]\.(position|rpy)(?:\[([012])\])?", name)
+    if said is None or int(said[1]) >= len(tips):
+        raise ScenarioError(
+            f"--fit {name}: there are hand.tips[0] to hand.tips[{len(tips) - 1}], each with position and rpy, of which "
+            "[0] to [2] are the numbers.",
+            key="fit", value=name,
+        )  # fmt: skip
+    tip, what = int(said[1]), said[2]
+    if isinstance(tips[tip], str):
+        raise ScenarioError(
+            f"--fit {name}: the tip is a frame of the URDF, {tips[tip]!r}; to fit its place write it as a table in "
+            "hand.tips, { frame = LINK, position = [0, 0, 0] }.",
+            key="fit", value=name,
+        )  # fmt: skip
+    whole = [{key: one for key, one in each.items() if one is not None} if isinstance(each, dict) else each
+             for each in tips]  # fmt: skip
+    unit, worth = ("m", _LENGTH) if what == "position" else ("rad", _TURN)
+    return [
+        Parameter(
+            f"hand.tips[{tip}].{what}[{k}]",
+            "hand.tips",
+            PLANT,
+            (tip, what, k),
+            float(whole[tip][what][k]),
+            -math.inf,
+            math.inf,
+            unit,
+            worth,
+            whole,
+        )  # fmt: skip
+        for k in range(3)
+        if said[3] is None or int(said[3]) == k
+    ]
 
 
 def _of_instrument(scenario: Scenario, world: World, name: str, parts: Sequence[str]) -> list[Parameter]:
@@ -178,7 +221,9 @@ def keyed(parameters: Sequence[Parameter], values: Sequence[float] | Array) -> d
     return table
 
 
-def _put(whole: Any, place: tuple[int, ...], value: float) -> Any:
+def _put(whole: Any, place: tuple[int | str, ...], value: float) -> Any:
     if not place:
         return value
+    if isinstance(whole, Mapping):
+        return {key: _put(part, place[1:], value) if key == place[0] else part for key, part in whole.items()}
     return [_put(part, place[1:], value) if k == place[0] else part for k, part in enumerate(whole)]
