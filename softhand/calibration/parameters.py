@@ -24,6 +24,7 @@ _WORTH = {
     "contact_force": 0.5, "contact_torsion": 5e-3,
 }  # fmt: skip
 _LENGTH = 3e-3  # [m], by which a place is worth to be known
+_ENDLESS = -math.inf, math.inf
 _TURN = 0.03  # [rad], likewise an orientation
 _LATEST, _DELAY_WORTH = 0.01, 5e-3  # [s]
 _STEP = 1e-4  # of the worth, for differences
@@ -149,22 +150,14 @@ def _of_tip(scenario: Scenario, name: str) -> list[Parameter]:
     whole = [{key: one for key, one in each.items() if one is not None} if isinstance(each, dict) else each
              for each in tips]  # fmt: skip
     unit, worth = ("m", _LENGTH) if what == "position" else ("rad", _TURN)
-    return [
+    start = [float(number) for number in whole[tip][what]]
+    every = [
         Parameter(
-            f"hand.tips[{tip}].{what}[{k}]",
-            "hand.tips",
-            PLANT,
-            (tip, what, k),
-            float(whole[tip][what][k]),
-            -math.inf,
-            math.inf,
-            unit,
-            worth,
-            whole,
-        )  # fmt: skip
-        for k in range(3)
-        if said[3] is None or int(said[3]) == k
+            f"hand.tips[{tip}].{what}[{k}]", "hand.tips", PLANT, (tip, what, k), one, *_ENDLESS, unit, worth, whole
+        )
+        for k, one in enumerate(start)
     ]
+    return [one for one in every if said[3] is None or one.place[-1] == int(said[3])]
 
 
 def _of_instrument(scenario: Scenario, world: World, name: str, parts: Sequence[str]) -> list[Parameter]:
