@@ -49,6 +49,7 @@ REFERENCE: dict[str, tuple[str, str, tuple[str, ...]]] = {
          "linearize_plant", "LinearModel", "lyapunov", "Lyapunov",
          "grasp_stiffness", "GraspStiffness", "equilibrium", "Equilibrium", "measurement_noise", "MeasurementNoise",
          "collisions", "Collisions", "Collision", "identify", "Identification",
+         "calibrate", "Calibration", "Log",
          "marker_displacements", "Markers", "depth_image", "tactile_pressure", "taxel_points", "taxel_pattern",
          "material_of", "Material", "material_tip", "MaterialTip"),
     ),

@@ -36,6 +36,9 @@ if TYPE_CHECKING:  # for editors; `as` says that a name is public
     from softhand.assistant.new_scenario import new_scenario as new_scenario
     from softhand.batch.rollout import rollout as rollout
     from softhand.batch.runs import Runs as Runs
+    from softhand.calibration.calibrate import calibrate as calibrate
+    from softhand.calibration.log import Log as Log
+    from softhand.calibration.record import Calibration as Calibration
     from softhand.checks.check import check as check
     from softhand.closed_loop.grasp_stiffness import GraspStiffness as GraspStiffness
     from softhand.closed_loop.grasp_stiffness import grasp_stiffness as grasp_stiffness
@@ -192,6 +195,9 @@ _HOMES = {
     "design.gain_design": ("GainDesign",),
     "design.gains": ("design_gains",),
     "design.lqr": ("LqrDesign", "design_lqr"),
+    "calibration.calibrate": ("calibrate",),
+    "calibration.log": ("Log",),
+    "calibration.record": ("Calibration",),
     "derivatives.costs": ("FunctionCost", "PeakCost", "QuadraticCost"),
     "derivatives.gradient": ("gradient",),
     "derivatives.gradient_record": ("Gradient",),

@@ -148,19 +148,20 @@ def test_the_help_of_the_program_has_every_command_by_its_task(tmp_path):
 
 
 SHARED = {
-    "--set": "simulate check compare grasp grasps equilibrium squeeze push workspace stability gradient remark3",
+    "--set": "simulate check compare grasp grasps equilibrium squeeze push workspace stability gradient remark3 "
+    "calibrate",
     "--law": "simulate check compare grasp grasps equilibrium squeeze push workspace stability gradient remark3 "
     "identify",
     "--controller": "simulate check compare grasp equilibrium squeeze push stability gradient",
     "--stepper": "simulate check compare grasp",
     "--out": "simulate compare grasp squeeze push workspace stability gradient remark3 reproduce identify validate "
-    "plot report film export energy lyapunov material new sweep tune grasps",
+    "plot report film export energy lyapunov material new sweep tune grasps calibrate",
     "--plugin": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 identify "
-    "list plot view report film export energy lyapunov sweep tune grasps",
+    "list plot view report film export energy lyapunov sweep tune grasps calibrate",
     "--json": "simulate check compare grasp equilibrium squeeze push workspace stability gradient reproduce identify "
-    "validate energy lyapunov list hands material new sweep tune grasps",
+    "validate energy lyapunov list hands material new sweep tune grasps calibrate",
     "--quiet": "simulate check compare grasp equilibrium squeeze push workspace stability gradient remark3 reproduce "
-    "identify validate new plot view report film export energy lyapunov material sweep tune grasps",
+    "identify validate new plot view report film export energy lyapunov material sweep tune grasps calibrate",
 }
 """Options and the commands that have them."""
 

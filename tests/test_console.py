@@ -103,6 +103,7 @@ OUTS: list[tuple[str, ...]] = [
     ("sweep", "study.toml", "--out", FOLDERED),
     ("reproduce", "--out", FOLDERED),
     ("identify", "--example", "--out", FOLDERED),
+    ("calibrate", "run.nc", "--fit", "mass", "--out", FOLDERED),
     ("new", "hand.urdf", "--out", "no-folder/my.toml"),
     ("material", "--radius", "10mm", "--shear", "60kPa", "--out", FOLDERED),
     ("tune", "study.toml", "--out", FOLDERED),

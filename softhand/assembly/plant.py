@@ -80,7 +80,7 @@ def read_object(scenario: Scenario) -> ObjectModel:
     """The object of a scenario."""
     held = scenario.object
     file, mended = resolve_path(held.urdf), (held.repair or "", held.density)
-    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended, held.cut)
+    return ObjectModel.read(file, held.mass, held.ellipsoid, held.hull, *mended, held.cut, held.inertia)
 
 
 def read_supports(scenario: Scenario, world: World, fingertips: Sequence[Fingertip]) -> list[Support]:

@@ -80,7 +80,8 @@ class Variations:
             check_friction(stepper, base.world.mechanics.friction)
         if "reference" in changed:
             reference = read_reference(now)
-        world = load_world(self._hand, replace(self._object, mass=now.object.mass), now.gravity, base.world.shape)
+        held = replace(self._object, mass=now.object.mass, inertia=now.object.inertia)
+        world = load_world(self._hand, held, now.gravity, base.world.shape)
         fingertips = self._fingertips(now, world, changed)
         supports = base.supports
         if changed & {"fingertip", "table", "palm", "obstacle"}:

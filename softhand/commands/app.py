@@ -15,7 +15,7 @@ Group.tasks = {
     "Look at a run": ("plot", "view", "report", "film", "export", "energy", "lyapunov"),
     "Study a grasp": ("grasp", "grasps", "equilibrium", "workspace", "squeeze", "push", "stability", "design",
                       "gradient", "tune"),
-    "Study a fingertip": ("identify", "material", "remark3"),
+    "Study a fingertip": ("identify", "calibrate", "material", "remark3"),
     "Trust": ("validate",),
 }  # fmt: skip
 

@@ -15,6 +15,7 @@ from typing import Any
 import typer
 
 from softhand.commands import (  # noqa: F401  each adds its command
+    calibrate,
     check,
     compare,
     design,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pinocchio as pin
 
 from softhand.model.shapes.reading import read_shape
@@ -21,6 +22,8 @@ class ObjectModel:
     Attributes:
         urdf: its links, and its collision shapes, the parts of one solid.
         mass: in place of that of the URDF, whose inertia is scaled alike [kg].
+        inertia: moments about the axes of the object frame through the centre of mass, which are then its principal
+            ones, in place of those of the URDF [kg m^2].
         ellipsoid: semi-axes of an ellipsoid in the place of the collision shape [m].
         hull: take the convex hull of a mesh.
         cut: threshold by which meshes are cut into convex parts; None: those that are not convex are refused.
@@ -31,6 +34,7 @@ class ObjectModel:
     ellipsoid: Vector3 | None = None
     hull: bool = False
     cut: float | None = None
+    inertia: Vector3 | None = None
 
     @classmethod
     def read(
@@ -42,6 +46,7 @@ class ObjectModel:
         repair: str = "",
         density: float | None = None,
         cut: float | None = None,
+        inertia: Vector3 | None = None,
     ) -> ObjectModel:
         """Read an object; see the class, and `repair` and `density` of `HandModel.read`.
 
@@ -49,7 +54,7 @@ class ObjectModel:
             ModelError: the file cannot be used.
         """
         role = replace(OBJECT, shape_counts=ellipsoid is None, repair=repair, density=density)
-        return cls(Urdf.read(file, role), mass, ellipsoid, hull, cut)
+        return cls(Urdf.read(file, role), mass, ellipsoid, hull, cut, inertia)
 
     def build(self) -> tuple[pin.Model, Shape]:
         """Its Pinocchio model, one free-flyer joint, and its shape in the frame of that joint.
@@ -62,9 +67,12 @@ class ObjectModel:
         return model, self.shape(model)
 
     def weigh(self, model: pin.Model) -> None:
-        """Put the mass, if there is one, on the last joint of a model that has it as in the URDF."""
+        """Put mass and inertia, if there are any, on the last joint of a model that has them as in the URDF."""
         if self.mass is not None:
             set_mass(model, self.mass)
+        if self.inertia is not None:
+            held = model.inertias[model.njoints - 1]
+            model.inertias[model.njoints - 1] = pin.Inertia(held.mass, held.lever, np.diag(self.inertia))
 
     def shape(self, model: pin.Model) -> Shape:
         """Its shape in the frame of the free-flyer; the model is that of its URDF alone.

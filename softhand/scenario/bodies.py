@@ -136,6 +136,9 @@ class ObjectSection(Settings):
     """File of the object, relative to the scenario, or package://NAME/PATH in a package of ROS or Python."""
     mass: Positive | None = None
     """Mass in place of that of the URDF, whose inertia is scaled alike [kg]."""
+    inertia: tuple[Positive, Positive, Positive] | None = None
+    """Moments of inertia about the axes of the object frame through the centre of mass, then its principal ones, in
+    place of those of the URDF [kg m^2]."""
     ellipsoid: tuple[Positive, Positive, Positive] | None = None
     """Semi-axes of an ellipsoid in the place of the URDF's collision shape [m]."""
     hull: bool = False
@@ -167,6 +170,15 @@ class ObjectSection(Settings):
     def cut(self) -> float | None:
         """The threshold by which meshes are cut; None if they are not."""
         return self.decompose_threshold if self.decompose else None
+
+    @field_validator("inertia")
+    @classmethod
+    def _has_a_body(cls, inertia: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        if inertia is not None and 2.0 * max(inertia) > sum(inertia) * (1.0 + 1e-9):
+            raise ValueError(
+                f"no body has the moments {show(inertia)}: none of them is larger than the sum of the two others."
+            )
+        return inertia
 
     @field_validator("face_friction", mode="before")
     @classmethod

@@ -57,8 +57,8 @@ class Table:
         return MeasurementError(f"{self.file}{line}{where}: {what}", column=column, value=value)
 
 
-def read_table(file: Path) -> Table:
-    """Read a CSV file. Separators behind the last cell of a line are passed over.
+def read_table(file: Path, most: int = MOST_ROWS) -> Table:
+    """Read a CSV file of at most so many rows. Separators behind the last cell of a line are passed over.
 
     Raises:
         MeasurementError: it cannot be read, is empty or too long, or a row has another number of cells than the header.
@@ -67,9 +67,9 @@ def read_table(file: Path) -> Table:
     filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     remarks = tuple(line.strip().lstrip("#") for _, line in filled if line.lstrip()[0] == "#")
     body = [(number, line) for number, line in filled if line.lstrip()[0] != "#"]
-    if not 2 <= len(body) <= MOST_ROWS + 1:
+    if not 2 <= len(body) <= most + 1:
         what = "needs a header and at least one row of numbers" if len(body) < 2 else (
-            f"has {len(body) - 1} rows, more than {MOST_ROWS}; take means, or every tenth row")  # fmt: skip
+            f"has {len(body) - 1} rows, more than {most}; take means, or every tenth row")  # fmt: skip
         raise MeasurementError(f"{file}: {what}.", column="", value=len(body))
     delimiter = max(",;\t", key=body[0][1].count)
     labels, *rows = ([cell.strip() for cell in _cells(file, *line, delimiter)] for line in body)

@@ -12,6 +12,8 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0},
     "force": {"N": 1.0, "mN": 1e-3},
     "moment": {"N m": 1.0, "N mm": 1e-3, "mN m": 1e-3},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3},
+    "angular velocity": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "mrad/s": 1e-3},
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
 }
 """SI value of each unit, by the kind of the quantity."""
