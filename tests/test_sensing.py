@@ -528,7 +528,7 @@ def test_a_recording_through_instruments_is_beyond_doubt_and_one_without_lacks_n
 def test_a_state_of_other_instruments_is_refused() -> None:
     """It names them, and how to begin afresh."""
     state = build(load_scenario("target-a", {"sensing.joint_position.delay": 0.002})).save()
-    with pytest.raises(ScenarioError, match=r"another \[sensing\] or \[actuation\]; State\("):
+    with pytest.raises(ScenarioError, match=r"another \[sensing\], \[actuation\] or \[tactile\]; State\("):
         build("target-a").reset(state)
 
 
