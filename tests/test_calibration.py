@@ -210,7 +210,7 @@ def test_the_command(tmp_path: Path, recording):
 def test_inertia_of_an_object():
     """Moments in place of those of the URDF; what no body has is refused."""
     given = (7e-5, 9e-5, 6e-5)
-    world = softhand.build("hold", {"object.inertia": given, "object.mass": 0.3}).plant.world
+    world = softhand.build("hold", overrides={"object.inertia": given, "object.mass": 0.3}).plant.world
     inertia = world.model.inertias[world.object_joint]
     assert np.allclose(inertia.inertia, np.diag(given)) and inertia.mass == pytest.approx(0.3)
     with pytest.raises(softhand.SofthandError, match="sum of the two others"):

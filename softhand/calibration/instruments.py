@@ -34,7 +34,7 @@ def instruments_of(
         delay = section.delay if section is not None else 0.0
         for one, value in zip(parameters, values, strict=True):
             if one.kind == BIAS and one.quantity == name:
-                bias[one.place[0]] = value
+                bias[one.component] = value
             elif one.kind == DELAY and one.quantity == name:
                 delay = float(value)
         found[name] = Instrument(bias, delay)

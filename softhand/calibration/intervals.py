@@ -54,7 +54,7 @@ def spread_of(problem: Problem, solution: Solution, which: Sequence[int]) -> Spr
     if max(alike.values()) <= _ALIKE:
         return Spread(bread, np.inf, alike, True)
     scores = _scores(problem, found, linear, which, solution)
-    per = max(1, round(_CLUSTER / (problem.pieces[0].count * problem.period)))
+    per = max(1, round(_CLUSTER / (problem.pieces[0].size * problem.period)))
     groups = [sum(scores[k : k + per]) for k in range(0, len(scores), per)]
     count = len(groups)
     meat = sum(np.outer(g, g) for g in groups) * count / max(count - 1, 1)

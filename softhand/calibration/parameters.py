@@ -67,6 +67,11 @@ class Parameter(NamedTuple):
         return self.key.split(".")[1]
 
     @property
+    def component(self) -> int:
+        """Of what the instrument measures, of `BIAS`."""
+        return int(self.place[0])
+
+    @property
     def step(self) -> float:
         """Of x, for differences."""
         return _STEP if self.kind != DELAY else 0.01

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.assembly.parts import read_fingertips
 from softhand.assembly.plant import read_supports, read_world
@@ -34,7 +35,7 @@ class Piece(NamedTuple):
     """Some samples of a log that follow one another."""
 
     first: int
-    count: int
+    size: int
 
 
 class Linear(NamedTuple):
@@ -175,14 +176,14 @@ class Problem:
         latest = max([latest, *(one.upper for one in self.parameters if one.kind == DELAY)])
         return math.ceil(latest / self.period - 1e-9) + (1 if latest > 0.0 else 0)
 
-    def _rows_of(self, piece: Piece) -> list[tuple[Array, Array]]:
+    def _rows_of(self, piece: Piece) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Of each quantity the places of its measured numbers in a piece, flat, and their channels."""
         rows, first = [], 0
         for name in self.names:
-            values = self.log.measured[name][piece.first : piece.first + piece.count]
-            there = np.isfinite(values)
+            values = self.log.measured[name][piece.first : piece.first + piece.size]
+            there: NDArray[np.bool_] = np.asarray(np.isfinite(values))
             if name == "object_orientation":
-                there = np.repeat(there.all(axis=1)[:, None], 3, axis=1)
+                there = np.repeat(np.all(there, axis=1, keepdims=True), 3, axis=1)
             there = there.copy()
             there[: self._late] = False
             width = there.shape[1]
@@ -221,7 +222,7 @@ class _Bench:
     def _replay(self, plant: Plant) -> Replay:
         p = self.problem
         pushes = [Push(**push.model_dump()) for push in p.setup.scenario.push]
-        return Replay(plant, p._stepper, p._steps, pushes, p.pieces[0].count)
+        return Replay(plant, p._stepper, p._steps, pushes, p.pieces[0].size)
 
     def _at(self, x: Array) -> dict[str, Instrument]:
         p = self.problem
@@ -229,10 +230,10 @@ class _Bench:
 
     def _torques(self, k: int) -> Array:
         piece = self.problem.pieces[k]
-        return self.problem.log.joint_torque[piece.first : piece.first + piece.count]
+        return self.problem.log.joint_torque[piece.first : piece.first + piece.size]
 
     def _true(self, seen: Array) -> dict[str, Array]:
-        count = self.problem.pieces[0].count
+        count = self.problem.pieces[0].size
         return {name: true_values(name, seen[..., :count, :], self.plant.world) for name in self.problem.names}
 
     def _seen(self, true: dict[str, Array], instruments: dict[str, Instrument]) -> dict[str, Array]:
@@ -249,7 +250,7 @@ class _Bench:
 
     def _measured(self, k: int) -> dict[str, Array]:
         p, piece = self.problem, self.problem.pieces[k]
-        return {name: p.log.measured[name][piece.first : piece.first + piece.count] for name in p.names}
+        return {name: p.log.measured[name][piece.first : piece.first + piece.size] for name in p.names}
 
     def run(self, k: int, state: State) -> Run:
         seen = self.base.samples(state, self._torques(k), np.array([-1]), np.zeros(1))[0]
@@ -264,12 +265,12 @@ class _Bench:
 
     def _end(self, k: int, seen: Array) -> State:
         p = self.problem
-        count = p.pieces[k].count - p._late
+        count = p.pieces[k].size - p._late
         return self.base.state(seen[count], float(p.log.time[0] + (p.pieces[k].first + count) * p.period))
 
     def _ends(self, k: int, seen: Array) -> Array:
         """q, v, z where the next piece begins, of many starts of this one."""
-        world, count = self.plant.world, self.problem.pieces[k].count - self.problem._late
+        world, count = self.plant.world, self.problem.pieces[k].size - self.problem._late
         size, nz = world.nq + world.nv, len(self.problem.remembered)
         rows = seen[:, count]
         return np.hstack([rows[:, :size], rows[:, rows.shape[1] - nz :]])
@@ -295,7 +296,7 @@ class _Bench:
                 steps_of.append(step)
                 moved.append(j)
             elif one.kind == BIAS:
-                by_parameters[:, j] = one.worth * (p.channel[k] == p.channels.index((one.quantity, one.place[0])))
+                by_parameters[:, j] = one.worth * (p.channel[k] == p.channels.index((one.quantity, one.component)))
             else:
                 x, step = self.x.copy(), one.step if self.x[j] + one.step <= one.to_x(one.upper) else -one.step
                 x[j] += step

@@ -46,7 +46,9 @@ def first_states(problem: Problem, start: State, x: Array) -> list[State]:
     states: list[State] = []
     stride = max(round(_LED / problem.period), 1)
     late = instruments_of(problem.setup.scenario, problem.world, problem.names, problem.parameters, problem.values(x))
-    names = [name for name in ("joint_position", "object_position", "object_orientation") if name in problem.names]
+    names: list[str] = [
+        name for name in ("joint_position", "object_position", "object_orientation") if name in problem.names
+    ]
     tracks = {name: _track(problem, name) for name in names}
     state, now = _led(problem, start, 0, tracks, late), 0
     for piece in problem.pieces:
