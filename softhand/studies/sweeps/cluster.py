@@ -18,8 +18,8 @@ from softhand.studies.sweeps.store import Entry, Store
 _AHEAD = 4  # chunks for each thread of the cluster that are handed out: the scheduler never sees the others
 _TRIES = 3  # of a chunk whose worker is lost; Dask itself gives each of them four
 _LATE = (TimeoutError, asyncio.TimeoutError)  # two before Python 3.11
-_CONNECT = 20.0  # [s]
-_WAIT, _PATIENCE = "120s", "2s"
+_CONNECT, _WAIT = 20.0, 120.0  # [s]
+_PATIENCE = "2s"
 
 
 def in_cluster(store: Store, chunks: Iterable[int], scheduler: str) -> Generator[Entry, None, None]:
@@ -67,7 +67,7 @@ def connect(scheduler: str) -> Any:
     except _LATE as error:
         client.close(timeout=_PATIENCE)
         raise StudyError(
-            f"{scheduler}: no worker has come within {_WAIT}; start some with `dask worker {scheduler}`.",
+            f"{scheduler}: no worker has come within {_WAIT:g} s; start some with `dask worker {scheduler}`.",
             key="scheduler", value=scheduler,
         ) from error  # fmt: skip
     return client
