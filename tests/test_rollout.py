@@ -175,7 +175,7 @@ def test_what_is_wrong_is_told_before_anything_runs(
     variations: Any, told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the key and the number of the run."""
-    monkeypatch.setattr(module, "_run", lambda *_: pytest.fail("a run began"))
+    monkeypatch.setattr(module.Series, "run", lambda *_: pytest.fail("a run began"))
     with pytest.raises(ScenarioError) as error:
         rollout(SHORT, variations)
     for text in told:

@@ -161,6 +161,7 @@ def wait_for(out: Path, chunks: int, is_over: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_killed_driver_loses_nothing(tmp_path: Path) -> None:
     """Gone on with, each run is there once, and as it would have been. Two at a time are refused."""
     file, out = write(tmp_path, LONG), tmp_path / "out"

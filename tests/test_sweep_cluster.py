@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -53,12 +54,14 @@ def test_a_worker_must_see_the_store(tmp_path: Path) -> None:
 
 
 def test_mistakes_of_the_address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody there."""
+    """Nobody there, or no address; nothing is left behind."""
     pytest.importorskip("distributed", reason=_EXTRA)
-    monkeypatch.setattr(cluster_module, "_CONNECT", "0.5s")
-    for address in ("tcp://127.0.0.1:1", "nonsense"):
+    monkeypatch.setattr(cluster_module, "_CONNECT", 0.5)
+    before = threading.active_count()
+    for address in ("tcp://127.0.0.1:1", "nonsense", "tcp://127.0.0.1", "tcp://127.0.0.1:x"):
         with pytest.raises(StudyError, match="no scheduler of Dask answers there"):
             sweep(write(tmp_path), tmp_path / "out", scheduler=address)
+    assert threading.active_count() <= before  # none that would keep the process alive
 
 
 def test_without_dask_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections import Counter
 from collections.abc import Generator, Iterable, Iterator
 from itertools import islice
 from threading import Event
 from typing import Any
+from urllib.parse import urlsplit
 
 from softhand.errors import StudyError, SweepStopped
 from softhand.studies.sweeps.chunks import work_in
@@ -16,7 +18,8 @@ from softhand.studies.sweeps.store import Entry, Store
 _AHEAD = 4  # chunks for each thread of the cluster that are handed out: the scheduler never sees the others
 _TRIES = 3  # of a chunk whose worker is lost; Dask itself gives each of them four
 _LATE = (TimeoutError, asyncio.TimeoutError)  # two before Python 3.11
-_CONNECT, _WAIT, _PATIENCE = "20s", "120s", "2s"
+_CONNECT, _WAIT = 20.0, 120.0  # [s]
+_PATIENCE = "2s"
 
 
 def in_cluster(store: Store, chunks: Iterable[int], scheduler: str) -> Generator[Entry, None, None]:
@@ -51,7 +54,8 @@ def connect(scheduler: str) -> Any:
             key="scheduler", value=scheduler,
         ) from error  # fmt: skip
     try:
-        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
+        _knock(scheduler)
+        client = Client(scheduler, timeout=f"{_CONNECT}s", set_as_default=False)
     except (OSError, *_LATE, ValueError) as error:
         raise StudyError(
             f"{scheduler}: no scheduler of Dask answers there: {error}; start one with `dask scheduler`, and workers "
@@ -63,10 +67,24 @@ def connect(scheduler: str) -> Any:
     except _LATE as error:
         client.close(timeout=_PATIENCE)
         raise StudyError(
-            f"{scheduler}: no worker has come within {_WAIT}; start some with `dask worker {scheduler}`.",
+            f"{scheduler}: no worker has come within {_WAIT:g} s; start some with `dask worker {scheduler}`.",
             key="scheduler", value=scheduler,
         ) from error  # fmt: skip
     return client
+
+
+def _knock(scheduler: str) -> None:
+    """Whether anybody listens at an address; a client that finds nobody leaves threads that keep a process alive.
+
+    Raises:
+        ValueError: it is no address.
+        OSError: nobody listens.
+    """
+    place = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+    if place.scheme in ("tcp", "tls"):
+        if not (place.hostname and place.port):
+            raise ValueError("an address has a host and a port, such as tcp://head:8786")
+        socket.create_connection((place.hostname, place.port), timeout=_CONNECT).close()
 
 
 def thread_count(client: Any) -> int:
