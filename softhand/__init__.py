@@ -257,7 +257,11 @@ _MODULES = {
     "blocks": "softhand.controllers.blocks",
     **{kind: f"softhand.{kind}" for kind in ("controllers", "dampings", "laws", "references", "steppers")},
 }
-_MEANT = {"run": "simulate", "plot": "draw_run", "open": "load_recording", "read": "load_recording"}
+_MEANT = {
+    "run": ("simulate",), "plot": ("draw_run",), "open": ("load_recording",), "read": ("load_recording",),
+    "load": ("load_scenario", "load_recording"),
+}  # fmt: skip
+"""What names of other libraries may mean here."""
 
 __all__ = sorted({*_HOME, "blocks"})
 
@@ -271,9 +275,9 @@ def _find(name: str) -> Any:
 
 
 def _hint(name: str) -> str:
-    plugins = import_module("softhand.plugins")
+    plugins, guesses = import_module("softhand.plugins"), import_module("softhand.settings.guesses")
     inside = [f"{kind}.{member}" for kind in plugins.SHIPPED for member in plugins.classes(kind)]
-    hint: str = import_module("softhand.settings.guesses").did_you_mean(_MEANT.get(name, name), [*__dir__(), *inside])
+    hint: str = guesses.as_question(_MEANT.get(name) or guesses.meant(name, [*__dir__(), *inside]))
     return hint
 
 

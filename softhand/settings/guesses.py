@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import SequenceMatcher
 
 _LONGEST = 100  # letters of a name that is looked at
@@ -13,7 +13,11 @@ _MOST = 3
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
     """The names that a wrong one may have meant, as the end of a message: `; did you mean 'a' or 'b'?`, or nothing."""
-    found = meant(word, names)
+    return as_question(meant(word, names))
+
+
+def as_question(found: Sequence[str]) -> str:
+    """Names that may be meant, as the end of a message."""
     return f"; did you mean {' or '.join(map(repr, found))}?" if found else ""
 
 
