@@ -114,10 +114,14 @@ def test_a_load_in_steps_is_followed(ask: Any) -> None:
 
 
 def test_the_taxels_add_up(ask: Any) -> None:
-    """To the force, within 1e-4, the middle one most, those out of the patch nothing, and the same from all sides."""
-    force, normal, peer = ask("taxels")
-    assert force.sum() == pytest.approx(normal, rel=1e-4) and force.argmax() == force.size // 2
-    assert np.allclose(force, force.T) and np.allclose(force, force[::-1]) and force[0, 0] == 0.0
+    """To the force, the same to the left and to the right, less in each ring farther out, nothing in the last."""
+    force, beside, normal, peer = ask("taxels")
+    assert force.sum() == pytest.approx(normal, rel=1e-12)
+    places = softhand.taxel_pattern(len(force), "rings")
+    mirrored = np.argmin(np.linalg.norm(places[:, None] * [1.0, -1.0, 1.0] - places, axis=2), axis=1)
+    assert np.allclose(force[mirrored], force, atol=1e-9 * normal) and not np.array_equal(mirrored, range(len(force)))
+    means = np.array([force[np.isclose(beside, radius, atol=1e-6)].mean() for radius in np.unique(beside.round(6))])
+    assert len(means) == 7 and np.all(np.diff(means[:5]) < 0.0) and np.all(means[4:] == 0.0)
     if peer:
         touch, depth = peer
         assert np.count_nonzero(touch) == 1 and touch.sum() == pytest.approx(normal, rel=1e-3)

@@ -1,11 +1,10 @@
 """A skin of many taxels lies on the tip, and only one of them fires. What should the others read?
 
-A soft tip touches with a patch, not with a point: here a tip with the law `hemisphere` that presses with 8 N. Its depth
-d makes a patch of radius a = sqrt(r d) with Hertz's pressure, p = 3 N / (2 pi a^2) sqrt(1 - rho^2 / a^2), which is also
-the one that softhand takes for the limit of friction. Summed over taxels of 1.6 mm it must give back the force, and
-those inside the patch all feel it. In MuJoCo a ball on a face is one contact point: the one `touch` sensor that has it
-reads all of the force. Its `tactile` sensor reads depths at all taxels, in metres; there is no force in them to be
-summed.
+A soft tip touches with a patch, not with a point: here a tip with the law `hemisphere` that presses with 8 N, with 127
+taxels in rings. Those that its depth brings into the patch all feel it, the middle ones most, and their sum is the
+force; the patch lies off the middle of the tip, since the tip carries the box. In MuJoCo a ball on a face is one
+contact point: the one `touch` sensor that has it reads all of the force. Its `tactile` sensor reads depths at all
+taxels, in metres; there is no force in them to be summed.
 
 Example: python examples/threads/taxels.py
 """
@@ -16,6 +15,7 @@ from peer import mujoco, show
 import softhand
 
 SIDE, PITCH, RADIUS, SQUEEZE = 7, 1.6e-3, 0.010, 8.0  # taxels, [m], [m], [N]
+TAXELS = 127  # on the whole tip
 CENTRES = PITCH * (np.arange(SIDE) - SIDE // 2)
 SCENE = """<mujoco><option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="10"/>
 <asset><mesh name="skin" inertia="shell" vertex="{vertices}" face="{faces}"/></asset><worldbody><body pos="-0.0385 0 0">
@@ -26,16 +26,17 @@ SCENE = """<mujoco><option timestep="0.001" integrator="implicitfast" cone="elli
 
 
 def ours():
-    """Force on each taxel [N], shape (SIDE, SIDE), and the pressing force [N]."""
+    """Force [N], depth [m] and distance from the axis [m] of each taxel, shape (TAXELS,); the pressing force [N]."""
     tip = {"law": "hemisphere", "radius": RADIUS, "friction": 0.6, "contact": "coulomb"}
-    changes = {"fingertip": tip, "reference": {"kind": "hold"}, "duration": 0.01}
+    changes = {
+        "fingertip": tip,
+        "tactile": {"count": TAXELS, "pattern": "rings"},
+        "reference": {"kind": "hold"},
+        "duration": 0.01,
+    }
     run = softhand.simulate("gripper", overrides=changes)
-    normal, depth = run.contact_force[-1, 0, 2], run.deformation[-1, 0, 0]
-    a, parts = np.sqrt(RADIUS * depth), 60
-    fine = PITCH * ((np.arange(SIDE * parts) + 0.5) / parts - 0.5 * SIDE)
-    rho = np.hypot(*np.meshgrid(fine, fine))
-    pressure = 1.5 * normal / (np.pi * a**2) * np.sqrt(np.maximum(1.0 - (rho / a) ** 2, 0.0))
-    return pressure.reshape(SIDE, parts, SIDE, parts).sum(axis=(1, 3)) * (PITCH / parts) ** 2, normal
+    beside = RADIUS * np.linalg.norm(softhand.taxel_pattern(TAXELS, "rings")[:, 1:], axis=1)
+    return run.tactile_normal_force[-1, 0], run.penetration_depth[-1, 0], beside, run.contact_force[-1, 0, 2]
 
 
 def theirs():
@@ -61,17 +62,17 @@ def theirs():
 
 
 def main():
-    """Returns ours, the pressing force, and MuJoCo's two."""
-    (force, normal), peer = ours(), theirs() if mujoco else None
-    fired = int(np.count_nonzero(force))
+    """Returns ours, and MuJoCo's two."""
+    (force, depth, beside, normal), peer = ours(), theirs() if mujoco else None
     rows = [
-        (f"taxels that feel a force, of {SIDE**2}", f"{fired}", peer and f"{np.count_nonzero(peer[0])}"),
+        ("taxels that feel a force", f"{np.count_nonzero(force)} of {TAXELS}",
+         peer and f"{np.count_nonzero(peer[0])} of {SIDE**2}"),
         (f"their sum, of {normal:.1f} N", f"{force.sum():.4f} N", peer and f"{peer[0].sum():.4f} N"),
         ("largest", f"{force.max():.3f} N", peer and f"{peer[0].max():.3f} N"),
-        ("taxels that read a depth", "", peer and f"{np.count_nonzero(peer[1])}"),
-    ]
+        ("taxels that read a depth", f"{np.count_nonzero(depth)}", peer and f"{np.count_nonzero(peer[1])}"),
+    ]  # fmt: skip
     show("Which taxels does a soft tip fire?", rows)
-    return force, normal, peer
+    return force, beside, normal, peer
 
 
 if __name__ == "__main__":
