@@ -13,6 +13,7 @@ from softhand.errors import ScenarioError, SofthandError
 from softhand.model.body import ObjectModel
 from softhand.model.hand import HandModel
 from softhand.model.world import World, load_world
+from softhand.scenario.blank import read_hand
 
 BOX = Path(__file__).parents[1] / "urdf" / "box.urdf"
 INERTIAL = (
@@ -91,3 +92,23 @@ def test_a_wrong_name_or_word_is_refused(tmp_path: Path) -> None:
         scenario.with_values({"hand.mimic_signs": {"thumb": "sign"}})
     with pytest.raises(ScenarioError, match=r"hand\.mimic_signs: 'thumb' follows no other"):
         build(scenario.with_values({"hand.mimic_signs": {"thumb": "limits"}}))
+
+
+@pytest.mark.parametrize("what", ["limits", "multiplier"])
+def test_a_scenario_for_such_a_hand_says_it(tmp_path: Path, what: str) -> None:
+    """The line of the scenario is the one that makes the hand read, and it reads as it was found."""
+    found, lines = read_hand(hand(tmp_path), what)
+    assert len(lines) == 1 and lines[0].startswith(f'mimic_signs = {{ "joint_a_tip" = "{what}" }}')
+    joint = next(joint for joint in found.tree.joints if joint.name == "joint_a_tip")
+    limit, mimic = joint.element.find("limit"), joint.element.find("mimic")
+    assert limit is not None and mimic is not None
+    expected = (-0.9, -1.0) if what == "limits" else (0.0, 1.0)
+    assert (float(limit.attrib["lower"]), float(mimic.attrib["multiplier"])) == expected
+
+
+def test_a_sign_that_is_not_wrong_is_no_remedy(tmp_path: Path) -> None:
+    """A word that is none, and a hand that is in order."""
+    with pytest.raises(ScenarioError, match='got \'axis\'; give "limits" or "multiplier"'):
+        read_hand(hand(tmp_path), "axis")
+    with pytest.raises(ScenarioError, match="no joint follows another one beyond its own limits"):
+        read_hand(hand(tmp_path, multiplier=1.0), "limits")

@@ -40,6 +40,7 @@ def new_scenario(
     *,
     tips: Sequence[str] = (),
     friction: float = FRICTION,
+    wrong_sign: str = "",
     progress: Progress | None = None,
 ) -> NewScenario:
     """A scenario in which a hand holds a box, found from its URDF alone.
@@ -58,16 +59,19 @@ def new_scenario(
             then the scenario names files that are gone.
         tips: links whose fingers alone are taken; all if empty.
         friction: mu between tips and object.
+        wrong_sign: of joints that follow others by `<mimic>` to where their limits do not let them: "limits" or
+            "multiplier"; such a hand is refused if it is not said.
         progress: called with what is done and the share of it.
 
     Raises:
         ModelError: the URDF cannot be read as a hand, or has no two fingertips.
+        ScenarioError: `wrong_sign` is none, or there is no such joint.
         GraspError: nothing holds; says what stands in the way.
         SofthandError: a file cannot be written.
     """
     urdf, tell = Path(urdf), progress or (lambda what, share: None)
     tell("reading the hand", 0.0)
-    hand, remedies = read_hand(urdf)
+    hand, remedies = read_hand(urdf, wrong_sign)
     model = build_model(hand)
     fingers = Fingers(hand, model)
     found_tips = find_tips(hand, model, fingers, tips)

@@ -57,6 +57,14 @@ def new(
         float | None,
         typer.Option(metavar="MU", min=1e-3, help="Of HAND.urdf: coefficient of friction; 0.8 if not given."),
     ] = None,
+    wrong_sign: Annotated[
+        str,
+        typer.Option(
+            "--wrong-sign",
+            metavar="limits|multiplier",
+            help="Of HAND.urdf, if it is refused for it: what of joints that follow by <mimic> has the wrong sign.",
+        ),
+    ] = "",
     out: Annotated[
         Path | None,
         typer.Option(
@@ -82,11 +90,12 @@ def new(
                     f"{name}: is for softhand new FILE.toml; of {file} everything is found. Leave it out.",
                     key=name[2:], value=str(value),
                 )  # fmt: skip
-        _of_hand(file, tip, friction, out, view, open_page, printer)
+        _of_hand(file, tip, friction, wrong_sign, out, view, open_page, printer)
         return
     for name, given in (
         ("--tip", tip),
         ("--friction", friction),
+        ("--wrong-sign", wrong_sign),
         ("--out", out),
         ("--view", view),
         ("--json", as_json),
@@ -99,7 +108,14 @@ def new(
 
 
 def _of_hand(
-    urdf: Path, tips: list[str], friction: float | None, out: Path | None, view: bool, open_page: bool, printer: Printer
+    urdf: Path,
+    tips: list[str],
+    friction: float | None,
+    wrong_sign: str,
+    out: Path | None,
+    view: bool,
+    open_page: bool,
+    printer: Printer,
 ) -> None:
     """All of it for a hand: found, run, written, shown."""
     file = out or Path(f"{urdf.stem}.toml")
@@ -123,7 +139,9 @@ def _of_hand(
                 told[what] = stack.enter_context(progress(what, 1.0, printer.quiet))
             told[what](share)
 
-        found = new_scenario(urdf, file, tips=tips, friction=friction or FRICTION, progress=report)
+        found = new_scenario(
+            urdf, file, tips=tips, friction=friction or FRICTION, wrong_sign=wrong_sign, progress=report
+        )
     printer.json(found)
     for line in found.remedies:
         key, _, why = line.partition("#")

@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from softhand.errors import ModelError
+from softhand.errors import ModelError, ScenarioError
 from softhand.model.coupling import read_coupling
 from softhand.model.urdf.bodies import NO_MASS
 from softhand.model.urdf.document import read_text
 from softhand.model.urdf.examination import HAND, examine
 from softhand.model.urdf.inertias import IMPOSSIBLE
 from softhand.model.urdf.joints import NO_EFFORT
+from softhand.model.urdf.mimic_signs import LIMITS, MULTIPLIER, clashes
 from softhand.model.urdf.mimics import read_mimics
 from softhand.model.urdf.pinocchio_model import build_model
 from softhand.model.urdf.repair import BALANCE
@@ -164,11 +165,17 @@ def _search(hand: Urdf, name: str) -> str:
     return _BY_HAND.format(name=name, motors=", ".join(motors))
 
 
-def read_hand(urdf: Path) -> tuple[Urdf, list[str]]:
+def read_hand(urdf: Path, wrong_sign: str = "") -> tuple[Urdf, list[str]]:
     """A hand, and the lines of a scenario without which its URDF would be refused.
+
+    Args:
+        urdf: of the hand.
+        wrong_sign: what of followers by `<mimic>` has the wrong sign where both cannot be right, `LIMITS` or
+            `MULTIPLIER`; "" if nobody knows.
 
     Raises:
         ModelError: it cannot be read as a hand with these either.
+        ScenarioError: there is no such follower, or nothing else of one that could be wrong.
     """
     found = examine(read_text(urdf), urdf, HAND, urdf.parent)
     kinds = {finding.kind for finding in found.findings if finding.is_error} & set(_REMEDIES)
@@ -178,7 +185,23 @@ def read_hand(urdf: Path) -> tuple[Urdf, list[str]]:
         repair=BALANCE if IMPOSSIBLE in kinds else "",
         density=_DENSITY if NO_MASS in kinds else None,
     )
-    return Urdf.read(urdf, role), [line for kind, line in _REMEDIES.items() if kind in kinds]
+    hand, lines = Urdf.read(urdf, role), [line for kind, line in _REMEDIES.items() if kind in kinds]
+    if not wrong_sign:
+        return hand, lines
+    if wrong_sign not in (LIMITS, MULTIPLIER):
+        raise ScenarioError(
+            f'wrong_sign: got {wrong_sign!r}; give "{LIMITS}" or "{MULTIPLIER}".', key="wrong_sign", value=wrong_sign
+        )
+    signs = tuple((clash.joint, wrong_sign) for clash in clashes(hand.tree))
+    if not signs:
+        raise ScenarioError(
+            f"wrong_sign: got {wrong_sign!r}, but in {urdf} no joint follows another one beyond its own limits; leave "
+            "it out.",
+            key="wrong_sign", value=wrong_sign,
+        )  # fmt: skip
+    names = ", ".join(f'{json.dumps(name)} = "{what}"' for name, what in signs)
+    lines.append(f"mimic_signs = {{ {names} }}  # which of these has the wrong sign, as it was said")
+    return Urdf.read(urdf, replace(role, turned=signs)), lines
 
 
 def _ends(hand: Urdf) -> list[str]:

@@ -62,7 +62,8 @@ def remedy(found: Sequence[Clash]) -> str:
     """What a scenario can say of some clashes."""
     names = ", ".join(f'{clash.joint} = "{LIMITS}"' for clash in found)
     which = f'"{MULTIPLIER}" in place of "{LIMITS}" where that is what is wrong'
-    return f"one of two signs is wrong; see which way the joint bends, and write {KEY} = {{ {names} }}, {which}"
+    bends = f"one of two signs is wrong; see which way the joint bends, and write {KEY} = {{ {names} }}, {which}"
+    return f"{bends} (softhand new has --wrong-sign for it)"
 
 
 def turned(text: str, tree: Tree, asked: Sequence[tuple[str, str]], findings: Findings) -> list[Edit]:
