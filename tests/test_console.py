@@ -222,12 +222,15 @@ def test_numbers_of_a_list_stand_on_one_line(capsys: pytest.CaptureFixture[str])
 
 
 def test_what_begins_is_said_at_once(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """And how far it is now and then, in lines of plain text; nothing with --quiet."""
-    monkeypatch.setattr(printing._Lines, "every", 0.0)
+    """And now and then how far it is and how long it will take, in lines of plain text; nothing with --quiet."""
+    clock = iter([10.0, 50.0, 90.0, 130.0, 170.0])
+    monkeypatch.setattr(printing.time, "monotonic", lambda: next(clock))
     with printing.progress("doing it", 4.0, quiet=False) as tell:
         assert capsys.readouterr().err == "doing it ...\n"
-        tell(1.0)
-    assert capsys.readouterr() == ("", "doing it: 25 %\n")
+        for done in (1.0, 3.0, 0.0, 4.0):
+            tell(done)
+    lines = "doing it: 25 %, 2 min left\ndoing it: 75 %, 27 s left\ndoing it: 0 %\ndoing it: 100 %\n"
+    assert capsys.readouterr() == ("", lines)
     with printing.progress("doing it", 4.0, quiet=True) as tell:
         tell(1.0)
     assert capsys.readouterr() == ("", "")

@@ -365,13 +365,13 @@ def test_effort_limit_of_the_scenario_counts() -> None:
 
 @needs_robots
 def test_allegro_urdf_is_read_with_warnings() -> None:
-    """Four distal links are no bodies alone, but are with their tips: a warning, one for friction, no error."""
+    """Four distal links are no bodies alone, but are with their tips: a warning; one for damping, one for friction."""
     file = resolve_path(load_scenario("allegro-box").hand.urdf)
     findings = examine(file.read_text(), file, folder=file.parent).findings
     assert not findings.errors
     told = [str(warning) for warning in findings.warnings]
     assert sum("in 4 places (link_" in text and "with what is fixed to it (link_" in text for text in told) == 1
-    assert sum("nor that of 31 more in this file" in text for text in told) == 1 and len(told) == 2
+    assert sum("nor that of 15 more in this file" in text for text in told) == 2 and len(told) == 3
 
 
 FLAT = ('iyy="16.0e-6" iyz="0" izz="16.0e-6"', 'iyy="16.0e-6" iyz="0" izz="20.0e-6"')

@@ -52,7 +52,11 @@ def test_every_command_is_there(page: Path) -> None:
         parameters = command.params
         options = {option for one in parameters for option in (*one.opts, *one.secondary_opts)} | {"--help"}
         assert [word for word in words if word.startswith("-") and word.partition("=")[0] not in options] == [], line
-        if words and any(one.name == "scenario" for one in parameters) and re.fullmatch("[a-z][a-z-]*", words[0]):
+        if (
+            words
+            and any(one.name == "scenario" and one.param_type_name == "argument" for one in parameters)
+            and re.fullmatch("[a-z][a-z-]*", words[0])
+        ):
             assert words[0] in scenario_names(), line
         for option, value in pairwise(words):
             if option in NAMED and re.fullmatch("[a-z-]+", value) and "--plugin" not in words:

@@ -22,6 +22,7 @@ import softhand
 from softhand import Sweep, load_sweep, rollout, sweep
 from softhand.errors import StudyError, SweepStopped
 from softhand.recording import whole_file
+from softhand.scenario.file import resolve_path
 from softhand.studies.keys import values_at
 from softhand.studies.samples import seed_keys
 from softhand.studies.sweeps import store as store_module
@@ -238,7 +239,7 @@ def test_other_studies_and_versions_are_not_mixed(tmp_path: Path, monkeypatch: p
 def test_a_changed_urdf_is_another_study(tmp_path: Path) -> None:
     """The files that a scenario names are part of it."""
     box = tmp_path / "box.urdf"
-    box.write_bytes((Path(softhand.__file__).parent.parent / "urdf/box.urdf").read_bytes())
+    box.write_bytes(resolve_path("package://softhand/urdf/box.urdf").read_bytes())
     text = STUDY.replace("count = 14", "count = 2").replace("[vary]", 'object.urdf = "box.urdf"\n[vary]')
     text = text.replace('object.urdf = "box.urdf"', f'object.urdf = "{box}"')
     sweep(write(tmp_path, text), tmp_path / "out")
