@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from softhand.contact.axes import finger_axes
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
+from softhand.numerics.rotations import turn_rotation
 from softhand.tactile.overlap import weigh
 
 TOUCH, BELOW, WEIGHT = range(3)
@@ -42,6 +43,8 @@ class Skin(NamedTuple):
     narrow: Array
     """eta: 1 where the contact has a^2 = r dr, as on a half-space, 0 where the surface cuts the sphere, shape (nc,)."""
     axes: Array
+    """Scratch, shape (3, 3)."""
+    turned: Array
     """Scratch, shape (3, 3)."""
     moved: Array
     """Scratch: taxels in the contact frame, over r, shape (taxels, 3)."""
@@ -143,7 +146,8 @@ def _move(skin, pad, contact, pose):
             fx, fy, fz = finger_axes(pad, pose, row)
             for k in range(3):
                 a[k, 0], a[k, 1], a[k, 2] = a[k, 0] + R[row, k] * fx, a[k, 1] + R[row, k] * fy, a[k, 2] + R[row, k] * fz
-        _turn(d[2] / contact.distance, -d[1] / contact.distance, -d[3], a)
+        turn_rotation(d[2] / contact.distance, -d[1] / contact.distance, -d[3], a, skin.turned)
+        a = skin.turned
     else:
         theta, phi = contact.angles[0] + d[1], contact.angles[1] + d[2]
         c, s, C, S = math.cos(theta), math.sin(theta), math.cos(phi), math.sin(phi)
@@ -155,19 +159,3 @@ def _move(skin, pad, contact, pose):
     for t in range(u.shape[0]):
         for k in range(3):
             v[t, k] = a[k, 0] * u[t, 0] + a[k, 1] * u[t, 1] + a[k, 2] * u[t, 2]
-
-
-@compiled
-def _turn(x, y, z, a):
-    """The columns of a turned by the rotation vector (x, y, z), by Rodrigues."""
-    square = x * x + y * y + z * z
-    if square == 0.0:
-        return
-    angle = math.sqrt(square)
-    first, second = math.sin(angle) / angle, 2.0 * math.sin(0.5 * angle) ** 2 / square
-    for k in range(3):
-        p, q, w = a[0, k], a[1, k], a[2, k]
-        b0, b1, b2 = y * w - z * q, z * p - x * w, x * q - y * p
-        a[0, k] = p + first * b0 + second * (y * b2 - z * b1)
-        a[1, k] = q + first * b1 + second * (z * b0 - x * b2)
-        a[2, k] = w + first * b2 + second * (x * b1 - y * b0)

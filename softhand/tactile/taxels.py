@@ -55,6 +55,7 @@ class Taxels:
             np.array([pressure_exponent(law) for law in laws]),
             np.array([float(law.torsion_share is not None) for law in laws]),
             np.zeros((3, 3)),
+            np.zeros((3, 3)),
             np.zeros((count, 3)),
             np.zeros((3, count)),
             np.zeros(count, np.int64),
