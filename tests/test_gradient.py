@@ -47,6 +47,18 @@ def test_a_closed_loop_in_stick_is_that_of_differences(key, share):
     assert found.switches == ()
 
 
+@pytest.mark.slow
+def test_an_object_of_several_parts_is_followed():
+    """A mug, whose nearest part is found anew at each contact; tangent and adjoint."""
+    short = {"duration": 0.1, "fingertip.contact": "coulomb"}
+    back = softhand.gradient("mug", END, ["mass", "k_r"], overrides=short)
+    forth = softhand.gradient("mug", END, ["mass", "k_r"], mode="tangent", overrides=short)
+    np.testing.assert_allclose(forth.slopes, back.slopes, rtol=1e-9)
+    for key, at in zip(back.parameters, back.values, strict=True):
+        wanted = _differences(lambda x, key=key: _cost(softhand.simulate("mug", overrides={**short, key: x})), at, 1e-3)
+        assert back[key] == pytest.approx(wanted, rel=2e-7)
+
+
 def test_the_start_and_the_reference_count_too():
     keys = ["grasp.contact_points[0][1]", "reference.object_position[1]"]
     found = softhand.gradient("target-a", END, keys, overrides=SHORT)
