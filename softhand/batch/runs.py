@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import io
 import json
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from softhand.batch.run import FINISHED, Outcome
-from softhand.errors import RecordingError
 from softhand.numerics.arrays import AnyArray, Array
+from softhand.recording.named_arrays import Column, NamedArrays, labels_as_columns
 from softhand.recording.variables import COMPONENTS, LABELLED_DIMS, VARIABLES
-from softhand.recording.whole_file import write_whole
-from softhand.settings.wording import nearest
-
-_TITLE = "softhand: many runs"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Runs:
+class Runs(NamedArrays):
     """Many runs as arrays by name, `runs["object_position"]` or `runs.object_position`; `len` is how many there are.
 
     Attributes:
@@ -39,6 +32,9 @@ class Runs:
         version: of softhand.
     """
 
+    kind: ClassVar = "runs"
+    title: ClassVar = "softhand: many runs"
+
     time: Array
     variables: dict[str, Array]
     labels: dict[str, tuple[str, ...]]
@@ -50,21 +46,6 @@ class Runs:
 
     def __len__(self) -> int:
         return len(self.outcomes)
-
-    def __getitem__(self, name: str) -> Array:
-        try:
-            return self.variables[name]
-        except KeyError:
-            raise KeyError(f"no array {name!r} was kept; there are: {', '.join(self.variables)}") from None
-
-    def __getattr__(self, name: str) -> Array:
-        variables = self.__dict__.get("variables", {})
-        if name in variables:
-            array: Array = variables[name]
-            return array
-        near = nearest(name, variables)
-        hint = f"; did you mean {near!r}?" if near else ""
-        raise AttributeError(f"no array or attribute {name!r} in these runs{hint}")
 
     def __repr__(self) -> str:
         ends = Counter(outcome.reason for outcome in self.outcomes)
@@ -87,76 +68,43 @@ class Runs:
         """The rows as JSON text."""
         return json.dumps(self.rows())
 
-    def to_xarray(self) -> Any:
-        """As an `xarray.Dataset` with the dimensions `run` and `time`; what was varied are coordinates along `run`.
-
-        Raises:
-            ImportError: xarray is not installed.
-        """
-        import xarray
-
-        named = {dim: list(names) for dim, names in self._every_label().items()}
-        arrays = {
-            name: (("run", *VARIABLES[name].dims), array, _attributes(name)) for name, array in self.variables.items()
+    def _columns(self) -> dict[str, Column]:
+        return {
+            name: Column(("run", *VARIABLES[name].dims), array, _attributes(name))
+            for name, array in self.variables.items()
         }
-        along = {name: ("run", column) for name, column in self._columns().items()}
-        return xarray.Dataset(
-            arrays, {"time": ("time", self.time, _attributes("time")), **named, **along}, dict(self._about())
-        )
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write NetCDF-4, whole or not at all; `xarray.open_dataset` and `Runs.load` read it.
-
-        Raises:
-            RecordingError: the file cannot be written.
-        """
-        write_whole(Path(path), self._to_netcdf)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Runs:
-        """Read what `save` wrote.
-
-        Raises:
-            RecordingError: the file does not exist, is damaged, or holds no runs.
-        """
-        try:
-            return _from_netcdf(Path(path))
-        except Exception as error:  # HDF5 answers a damaged file with almost any type
-            raise RecordingError(f"{path}: cannot be read as runs: {error}", file=path) from error
-
-    def _every_label(self) -> dict[str, tuple[str, ...]]:
-        used = {dim for name in self.variables for dim in VARIABLES[name].dims[1:]}
-        return {dim: COMPONENTS.get(dim) or self.labels[dim] for dim in sorted(used)}
-
-    def _columns(self) -> dict[str, AnyArray]:
-        """What is told of each run, as arrays of numbers or texts."""
-        told: dict[str, AnyArray] = {key: _column(values) for key, values in self.varied.items()}
+    def _coordinates(self) -> dict[str, Column]:
+        used = sorted({dim for name in self.variables for dim in VARIABLES[name].dims[1:]})
+        told = {key: _column(values) for key, values in self.varied.items()}
         for field in Outcome._fields:
             told[_OUTCOME[field]] = _column([getattr(outcome, field) for outcome in self.outcomes])
-        return {**told, "compiled": np.asarray(self.compiled, dtype=np.int8)}
+        told["compiled"] = np.asarray(self.compiled, dtype=np.int8)
+        return {
+            "time": Column(("time",), self.time, _attributes("time")),
+            **labels_as_columns({dim: COMPONENTS.get(dim) or self.labels[dim] for dim in used}),
+            **{name: Column(("run",), column) for name, column in told.items()},
+        }
 
     def _about(self) -> dict[str, str]:
-        return {"title": _TITLE, "softhand_version": self.version, "scenario": self.scenario,
-                "varied": json.dumps(list(self.varied))}  # fmt: skip
+        return {"softhand_version": self.version, "scenario": self.scenario, "varied": json.dumps(list(self.varied))}
 
-    def _to_netcdf(self) -> bytes:
-        import h5netcdf
-        import h5py
-
-        buffer, labels, columns = io.BytesIO(), self._every_label(), self._columns()
-        with h5netcdf.File(buffer, "w") as file:
-            file.attrs.update(**self._about())
-            file.dimensions = {"run": len(self), "time": len(self.time), **{dim: len(n) for dim, n in labels.items()}}
-            for dim, names in labels.items():
-                file.create_variable(dim, (dim,), data=np.array(names, h5py.string_dtype()))
-            file.create_variable("time", ("time",), data=self.time).attrs.update(_attributes("time"))
-            for name, column in columns.items():
-                text = column.dtype.kind in "UO"
-                file.create_variable(name, ("run",), data=column.astype(h5py.string_dtype()) if text else column)
-            for name, array in self.variables.items():
-                variable = file.create_variable(name, ("run", *VARIABLES[name].dims), data=array)
-                variable.attrs.update(_attributes(name))
-        return buffer.getvalue()
+    @classmethod
+    def _read(cls, file: Any) -> Runs:
+        keys = json.loads(file.attrs["varied"])
+        told = zip(*(file[_OUTCOME[field]][...] for field in Outcome._fields), strict=True)
+        kept = [name for name in VARIABLES if name in file.variables and name != "time"]
+        labelled = [dim for dim in LABELLED_DIMS if dim in file.variables]
+        return cls(
+            time=np.array(file["time"][...]),
+            variables={name: np.array(file[name][...]) for name in kept},
+            labels={dim: tuple(file[dim][...]) for dim in labelled},
+            varied={key: tuple(map(_read_cell, file[key][...])) for key in keys},
+            outcomes=tuple(Outcome(str(reason), float(time), str(message)) for reason, time, message in told),
+            compiled=np.array(file["compiled"][...]).astype(bool),
+            scenario=file.attrs["scenario"],
+            version=file.attrs["softhand_version"],
+        )
 
 
 _OUTCOME = {"reason": "outcome", "time": "stop_time", "message": "message"}
@@ -181,28 +129,6 @@ def _read_cell(value: Any) -> Any:
         return json.loads(value)
     except ValueError:
         return value
-
-
-def _from_netcdf(path: Path) -> Runs:
-    import h5netcdf
-
-    with h5netcdf.File(path.absolute(), "r", decode_vlen_strings=True) as file:
-        if file.attrs.get("title") != _TITLE:
-            raise RecordingError("it holds no runs of softhand")
-        keys = json.loads(file.attrs["varied"])
-        told = zip(*(file[_OUTCOME[field]][...] for field in Outcome._fields), strict=True)
-        kept = [name for name in VARIABLES if name in file.variables and name != "time"]
-        labelled = [dim for dim in LABELLED_DIMS if dim in file.variables]
-        return Runs(
-            time=np.array(file["time"][...]),
-            variables={name: np.array(file[name][...]) for name in kept},
-            labels={dim: tuple(file[dim][...]) for dim in labelled},
-            varied={key: tuple(map(_read_cell, file[key][...])) for key in keys},
-            outcomes=tuple(Outcome(str(reason), float(time), str(message)) for reason, time, message in told),
-            compiled=np.array(file["compiled"][...]).astype(bool),
-            scenario=file.attrs["scenario"],
-            version=file.attrs["softhand_version"],
-        )
 
 
 def together(
