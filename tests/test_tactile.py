@@ -113,7 +113,7 @@ def test_shear_grows_with_the_tangential_force_and_the_torsion():
     )
     np.testing.assert_allclose(both, 2.0 * along + 3.0 * turning, atol=1e-15)
     assert np.all(np.abs(both) >= 0.0) and np.abs(turning.sum(axis=0)).max() < 1e-15
-    x = rig.skin.moved[:, :2]
+    x = rig.skin.moved[:2].T
     touched = np.linalg.norm(turning, axis=1) > 0.0
     assert np.all((x[:, 0] * turning[:, 1] - x[:, 1] * turning[:, 0])[touched & (np.hypot(*x.T) > 0.1)] > 0.0)
 
@@ -199,7 +199,7 @@ def test_a_finer_pattern_goes_over_into_the_pressure_of_the_law(law):
         rig = Rig(law, places=taxel_pattern(count))
         felt = rig.press(depth, pointing(DOWN), force=(0.0, 0.0, 2.0, 0.0))
         pressure = felt.tactile_normal_force / taxel_area(R, count)
-        y = np.maximum(1.0 - w * R * (1.0 - rig.skin.moved[:, 2]) / depth, 0.0)
+        y = np.maximum(1.0 - w * R * (1.0 - rig.skin.moved[2]) / depth, 0.0)
         expected = w * (m + 1.0) * 2.0 / (2.0 * np.pi * R * depth) * y**m * (y > 0.0)
         error.append(np.abs(pressure - expected).sum() * taxel_area(R, count) / 2.0)
     assert error[2] < 0.06 and error[2] < 0.7 * error[1] < 0.7 * error[0]
@@ -252,7 +252,7 @@ def test_an_edge_is_felt_as_a_line():
     for place, least, most in (("edge", 1.8, 4.0), ("face", 0.9, 1.1)):
         rig = Rig(PAPER, PLACES[place][0], taxel_pattern(1000))
         felt = felt_at(rig, place, 0.0015, pointing(-PLACES[place][2]), force=(0.0, 0.0, 1.0, 0.0))
-        world = rig.skin.moved @ rig.contacts[0]["rotation"].T
+        world = rig.skin.moved.T @ rig.contacts[0]["rotation"].T
         along, up = world[:, 1], world @ np.cross([0.0, 1.0, 0.0], rig.contacts[0]["rotation"][:, 2])
         n = felt.tactile_normal_force
         spread = [np.sqrt(np.sum(n * x * x) - np.sum(n * x) ** 2) for x in (along, up)]
@@ -279,7 +279,7 @@ def test_slip_is_the_speed_of_each_taxel_over_the_object():
         per = contact["theta_per_x"], contact["phi_per_y"]
         slip = per[0] * v[0], per[1] * v[1], w + contact["psi_per_x"] * v[0]
         felt = rig.press(0.002, pointing(DOWN), force=LOAD, slip=tuple(map(float, slip)))
-        x = R * rig.skin.moved[:, :2]
+        x = R * rig.skin.moved[:2].T
         speed = np.hypot(v[0] - w * x[:, 1], v[1] + w * x[:, 0])
         inside = rig.skin.work[0] == 1.0
         assert np.all(felt.tactile_slip <= speed + 1e-15)

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
-from softhand.numerics.philox import normal
+from softhand.numerics.philox import fill_blocks
+from softhand.numerics.ziggurat import three_normals
 from softhand.tactile.field import feel
 
 _STREAM = 1000  # of the random numbers; instruments have the first ones
@@ -18,7 +19,7 @@ class Reading(NamedTuple):
     """What taxels do to what they feel."""
 
     errs: NDArray
-    """0 if all that is felt is read as it is, shape (1,)."""
+    """Whether any taxel errs, and whether any is dead, shape (2,)."""
     hysteresis: Array
     """Shape (1,)."""
     noise: Array
@@ -29,6 +30,8 @@ class Reading(NamedTuple):
     """1 where a taxel is dead, shape (nc, taxels)."""
     memory: Array
     """Normal force that each read last [N], shape (nc, taxels)."""
+    bits: NDArray
+    """Scratch: random bits, uint32, shape (4, taxels)."""
 
 
 @compiled
@@ -47,25 +50,48 @@ def read_taxels(reading, felt, period):
     """
     if not reading.errs[0]:
         return
-    force, shear = felt.tactile_normal_force, felt.tactile_shear_force
-    tips, count = force.shape
-    share, seed, index = reading.hysteresis[0], reading.seed[0], period[0]
-    for i in range(tips):
-        for t in range(count):
-            x = force[i, t]
-            if share > 0.0 and x > 0.0:
-                y = min(max(reading.memory[i, t], x), (1.0 + share) * x)
-                force[i, t], shear[i, t, 0], shear[i, t, 1] = y, shear[i, t, 0] * (y / x), shear[i, t, 1] * (y / x)
-            reading.memory[i, t] = force[i, t]
-            place = i * count + t
-            if reading.noise[0] > 0.0:
-                force[i, t] += reading.noise[0] * normal(seed, _STREAM, place, index)
-            if reading.noise[1] > 0.0:
-                shear[i, t, 0] += reading.noise[1] * normal(seed, _STREAM + 1, place, index)
-                shear[i, t, 1] += reading.noise[1] * normal(seed, _STREAM + 2, place, index)
-            if reading.dead[i, t]:
-                force[i, t], shear[i, t, 0], shear[i, t, 1] = 0.0, 0.0, 0.0
-                felt.tactile_slip[i, t], felt.penetration_depth[i, t] = 0.0, 0.0
+    for i in range(felt.tactile_slip.shape[0]):
+        if reading.hysteresis[0] > 0.0:
+            _hold_on(reading, i, felt)
+        if reading.noise[0] > 0.0 or reading.noise[1] > 0.0:
+            _add_noise(reading, i, felt, period[0])
+        if reading.errs[1]:
+            _let_die(reading, i, felt)
+
+
+@compiled
+def _hold_on(reading, i, felt):
+    """Hysteresis of one tip."""
+    force, shear, memory = felt.tactile_normal_force[i], felt.tactile_shear_force[i], reading.memory[i]
+    share = reading.hysteresis[0]
+    for t in range(force.shape[0]):
+        x = force[t]
+        if x > 0.0:
+            y = min(max(memory[t], x), (1.0 + share) * x)
+            force[t], shear[t, 0], shear[t, 1] = y, shear[t, 0] * (y / x), shear[t, 1] * (y / x)
+        memory[t] = force[t]
+
+
+@compiled
+def _add_noise(reading, i, felt, index):
+    """Noise of one tip: of each taxel three numbers, of one block of random bits."""
+    force, shear, seed, words = felt.tactile_normal_force[i], felt.tactile_shear_force[i], reading.seed[0], reading.bits
+    first, normal, tangential = i * force.shape[0], reading.noise[0], reading.noise[1]
+    fill_blocks(words, seed, _STREAM, first, index)
+    for t in range(force.shape[0]):
+        a, b, c = three_normals(words, t, seed, _STREAM, first + t, index)
+        force[t] += normal * a
+        shear[t, 0] += tangential * b
+        shear[t, 1] += tangential * c
+
+
+@compiled
+def _let_die(reading, i, felt):
+    """Zeros of the dead taxels of one tip."""
+    for t in range(felt.tactile_slip.shape[1]):
+        if reading.dead[i, t]:
+            felt.tactile_normal_force[i, t], felt.tactile_slip[i, t], felt.penetration_depth[i, t] = 0.0, 0.0, 0.0
+            felt.tactile_shear_force[i, t, 0], felt.tactile_shear_force[i, t, 1] = 0.0, 0.0
 
 
 @compiled
