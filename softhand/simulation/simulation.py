@@ -298,7 +298,8 @@ class Simulation:
         """
         self.reset(start)
         first, last = self._k, self._periods if until is None else round(until / self._period)
-        samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep)
+        expected = (last - first) // self._keep.every + 2
+        samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep, expected)
         samples.turns, self._first = dict(self._turns), first
         self._notes: dict[str, str] = {}
         self._began = clock.perf_counter()
