@@ -158,7 +158,7 @@ class Plant:
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
         self.touching.depths[...], self.at[...] = np.nan, np.nan
         if self.taxels is not None:
-            self.reading.memory[...] = 0.0
+            self.reading.memory[...], self.reading.begun[...] = 0.0, 0
 
     @property
     def n_taxels(self) -> int:

@@ -348,7 +348,7 @@ class Simulation:
         if self._instruments:
             self._instruments.resume(carried.loop["instruments"])
         if self._touch:
-            self._touch.resume(carried.loop["taxels"])
+            self._touch.resume(carried.loop)
         self._turns = {name[6:]: turns for name, turns in carried.loop.items() if name.startswith("turns ")}
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))

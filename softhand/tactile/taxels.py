@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,9 @@ from softhand.tactile.solid import solid_of
 _SPREAD = 1.6
 """Spacings that the force of a place spreads over: enough that no taxel pops in, and that some always share a load."""
 
+NUMBERS = 5
+"""That a taxel tells: normal force, two shear forces, slip, depth."""
+
 
 @dataclass(frozen=True, eq=False)
 class Taxels:
@@ -32,13 +35,17 @@ class Taxels:
         hysteresis: see `reading.read_taxels`.
         noise: standard deviation of normal and shear forces [N].
         seed: of the noise.
+        stride: control periods between two samples.
+        delay: control periods until a sample arrives.
     """
 
     places: Array
     dead: NDArray[np.bool_]
     hysteresis: float = 0.0
     noise: tuple[float, float] = (0.0, 0.0)
-    seed: int = field(default=0)
+    seed: int = 0
+    stride: int = 1
+    delay: int = 0
 
     def __len__(self) -> int:
         return len(self.places)
@@ -47,6 +54,16 @@ class Taxels:
     def errs(self) -> bool:
         """Whether what is read may differ from what is felt."""
         return self.hysteresis > 0.0 or any(self.noise) or bool(self.dead.any())
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether what is read may be of another control period than that in which it is read."""
+        return self.stride > 1 or self.delay > 0
+
+    @property
+    def on_their_way(self) -> int:
+        """Samples that must be kept, 0 where each is read at once."""
+        return 1 - (-self.delay // self.stride) if self.is_timed else 0
 
     def skin(self, laws: Sequence[Law], shape: Shape | None = None) -> Skin:
         """For kernels, with scratch of its own.
@@ -79,6 +96,9 @@ class Taxels:
             self.dead.astype(np.int8),
             np.zeros(self.dead.shape),
             np.zeros((4, len(self)), np.uint32),
+            np.array([self.stride, self.delay]),
+            np.zeros(1, np.int64),
+            np.zeros((self.on_their_way, NUMBERS * self.dead.size)),
         )
 
 
