@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -13,15 +15,19 @@ from softhand.laws.hertz import Hertz
 from softhand.laws.nakashima import Nakashima
 from softhand.laws.plain import Plain
 from softhand.model.shapes.box import Box
+from softhand.model.shapes.cylinder import Cylinder
+from softhand.model.shapes.ellipsoid import Ellipsoid
 from softhand.model.shapes.sphere import Sphere
 from softhand.tactile.growth import pressure_exponent
 from softhand.tactile.pattern import FEWEST, MOST, spacing, taxel_pattern
+from softhand.tactile.solid import set_depths
 from softhand.tactile.taxels import taxel_area
 
 R = 0.01  # [m]
 PAPER = Nakashima(radius=R, k_r=377e3, k_phi=166e3, k_theta=26.6e6, k_psi=48.8e6)
 LAWS = [Hemisphere(radius=R), Hertz(radius=R), PAPER]
 BOX = Box(np.eye(3), np.array([0.0, 0.0, -0.02]), np.array([0.02, 0.02, 0.02]))
+CAN = Cylinder(np.eye(3), np.array([0.0, 0.0, -0.02]), 0.02, 0.02)
 BALL = Sphere(np.eye(3), np.array([0.0, 0.0, -0.015]), 0.015)
 DOWN = np.array([0.3, -0.2, -1.0])
 LOAD = (0.6, -0.4, 2.0, 1.5e-3)
@@ -30,6 +36,7 @@ PLACES = {  # where a tip meets what, and from which side
     "edge": (BOX, np.array([0.02, 0.004, 0.0]), np.array([1.0, 0.0, 1.3])),
     "vertex": (BOX, np.array([0.02, 0.02, 0.0]), np.array([1.0, 0.8, 1.1])),
     "ball": (BALL, np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])),
+    "can": (CAN, np.array([0.0, 0.02, -0.01]), np.array([0.0, 1.0, 0.0])),
 }
 
 
@@ -171,9 +178,9 @@ def test_tips_of_another_size_feel_the_same_shares(place):
     """All lengths twice as large: the same shares of the force, twice the depths."""
     _, foot, away = PLACES[place]
     z, rotation = away / np.linalg.norm(away), pointing(-away + 0.4)
-    shape = {"edge": BOX, "vertex": BOX, "ball": BALL, "face": None}[place]
+    shape = PLACES[place][0]
     twice = shape and type(shape)(
-        shape.rotation, 2.0 * shape.centre, 2.0 * getattr(shape, "half", shape.__dict__.get("radius"))
+        shape.rotation, *(2.0 * getattr(shape, one.name) for one in fields(shape) if one.name != "rotation")
     )
     small, large = Rig(Hemisphere(radius=R), shape), Rig(Hemisphere(radius=2.0 * R), twice)
     one = small.feel(foot + z * (R - 0.002), rotation, force=LOAD)
@@ -300,3 +307,32 @@ def _leaning(Theta, Phi):
     x_C = np.array([0.0, -np.sin(Theta), np.cos(Theta)])
     in_F = np.column_stack([x_C, np.cross(z_C, x_C), z_C])
     return np.column_stack([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]) @ in_F.T
+
+
+@pytest.mark.parametrize("kind", ["box", "ball", "can", "ellipsoid"])
+def test_depths_are_those_that_the_shape_tells_point_by_point(kind):
+    """Inside, outside and beside edges, of a shape that is turned in a body that is turned."""
+    turn = Rotation.from_rotvec([0.5, -0.3, 0.9]).as_matrix()
+    centre = np.array([0.003, -0.002, 0.001])
+    shape = {
+        "box": Box(turn, centre, np.array([0.007, 0.009, 0.012])),
+        "ball": Sphere(turn, centre, 0.009),
+        "can": Cylinder(turn, centre, 0.007, 0.011),
+        "ellipsoid": Ellipsoid(turn, centre, (0.007, 0.009, 0.012)),
+    }[kind]
+    rig = Rig(LAWS[0], shape, taxel_pattern(MOST))
+    rng, below = np.random.default_rng(1), np.zeros(MOST)
+    contact, body = rig.contacts[0], np.zeros(12)
+    C, B = (Rotation.from_rotvec(rng.normal(size=3)).as_matrix() for _ in range(2))
+    shift = rng.normal(size=3)
+    body[:9], body[9:] = B.T.ravel(), shift
+    contact["rotation"], contact["tip"] = C, shift + B @ (centre + [0.004, -0.005, 0.003])
+    rig.skin.moved[...] = 1.2 * rng.normal(size=(3, MOST))
+    set_depths(rig.skin.solid, rig.pad, contact, body, rig.skin.moved, np.arange(MOST), MOST, below)
+    points = (contact["tip"] + R * rig.skin.moved.T @ C.T - shift) @ B
+    expected = []
+    for point in points:
+        foot, normal = shape.nearest(point)
+        expected.append((foot - point) @ normal)
+    np.testing.assert_allclose(below, expected, atol=1e-15)
+    assert 50 < np.sum(below > 0.0) < MOST - 50

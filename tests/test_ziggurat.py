@@ -84,4 +84,7 @@ def test_a_number_is_told_by_its_place() -> None:
     for part in (499, 0, 250):
         alone = three_normals(blocks(7, 1000, part, 33, 1), 0, 7, 1000, part, 33)
         assert tuple(whole[part]) == alone
-    assert len({tuple(numbers_of(*place, 1)[0]) for place in ((7, 1000, 33), (8, 1000, 33), (7, 1001, 33), (7, 1000, 34))}) == 4
+    assert (
+        len({tuple(numbers_of(*place, 1)[0]) for place in ((7, 1000, 33), (8, 1000, 33), (7, 1001, 33), (7, 1000, 34))})
+        == 4
+    )
