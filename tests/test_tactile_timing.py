@@ -110,6 +110,14 @@ def test_a_run_that_is_saved_goes_on_with_the_samples_on_their_way():
         softhand.build("target-a", overrides=SLIPPING | timed(0.02, None)).reset(simulation.save())
 
 
+def test_a_second_run_begins_without_the_slip_of_the_first():
+    """All variables, to the last bit, though the first run ended in slip."""
+    simulation = softhand.build("target-a", overrides=SLIPPING)
+    first, second = simulation.run(), simulation.run()
+    assert np.all(first.is_slipping[-1] != 0) and first.tactile_slip[-1].max() > 0.0
+    assert all(np.array_equal(first[name], second[name]) for name in first.variables)
+
+
 def test_a_sample_that_is_asked_for_again_is_the_same():
     """Twice in one control period, at the start and later."""
     simulation = softhand.build("target-a", overrides=SLIPPING | ERRING | timed(*TIMES["both"]))

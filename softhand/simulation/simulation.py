@@ -41,7 +41,7 @@ Progress = Callable[[float], None]
 Watch = Callable[[Observation], None]
 """Called with the true observation of each sample."""
 
-TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use")
+TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use", "slip_speed")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 _ZERO = (0.0, 0.0, 0.0)
 
