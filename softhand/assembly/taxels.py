@@ -42,8 +42,8 @@ def read_taxels(scenario: Scenario, world: World) -> Taxels | None:
     if taxels.on_their_way * numbers > MOST_NUMBERS:
         longest = max(MOST_NUMBERS // numbers - 1, 0) * taxels.stride * period
         raise ScenarioError(
-            f"tactile.delay: got {section.delay:.12g} s, but so many samples of {taxels.dead.size} taxels do not fit into "
-            f"memory; give at most {longest:.12g}, a lower tactile.rate, or a smaller tactile.count.",
+            f"tactile.delay: got {section.delay:.12g} s, but so many samples of {taxels.dead.size} taxels do not fit "
+            f"into memory; give at most {longest:.12g}, a lower tactile.rate, or a smaller tactile.count.",
             key="tactile.delay", value=section.delay,
         )  # fmt: skip
     return taxels

@@ -1,8 +1,8 @@
 """Three numbers of the standard normal distribution from one block of random bits, by tables.
 
-The ziggurat of Marsaglia, Tsang, "The ziggurat method for generating random variables", J. Stat. Softw. 5 (8), 2000: under
-the density lie 256 layers of one area, the lowest with the tail. A layer is drawn, and a place in it, which in 99 of 100
-cases needs no more than a look into a table. The numbers are normal without approximation but for the 34 bits of a place.
+The ziggurat of Marsaglia, Tsang, "The ziggurat method for generating random variables", J. Stat. Softw. 5 (8), 2000:
+under the density lie 256 layers of one area, the lowest with the tail. A layer is drawn, and a place in it, which in 99
+of 100 cases needs no more than a look into a table. The numbers are normal but for the 34 bits of a place.
 """
 
 from __future__ import annotations

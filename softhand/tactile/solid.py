@@ -30,7 +30,7 @@ class Solid(NamedTuple):
     size: Array
     """Half edges of a box; radius of a ball; radius and half the height of a can [m], shape (3,)."""
     to_solid: Array
-    """Scratch: from the contact frame, over r, to its axes, shape (3, 3), and the origin of that there, shape (4, 3)."""
+    """Scratch: from the contact frame, over r, to its axes, in the last row the origin of that there, shape (4, 3)."""
     near: Array
     """Scratch for the function of a shape."""
 
