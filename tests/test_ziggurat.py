@@ -13,7 +13,7 @@ from softhand.numerics.philox import bits_at, fill_blocks
 from softhand.numerics.ziggurat import _DENSITY, _WIDTHS, LAYERS, TAIL, three_normals
 
 PARTS = 500
-INDICES = range(-400, 1600)
+INDICES = range(-200, 800)
 
 
 def blocks(seed: int, stream: int, first: int, index: int, parts: int = PARTS) -> AnyArray:
