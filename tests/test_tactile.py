@@ -102,13 +102,13 @@ def test_each_taxel_grows_as_long_as_the_load_grows(law, count):
             assert np.all(np.diff(forces, axis=0) >= 0.0)
 
 
-@pytest.mark.parametrize("place", ["edge", "vertex", "ball"])
-def test_on_edges_and_balls_hardly_a_taxel_falls(place):
+@pytest.mark.parametrize(("place", "most"), [("edge", 2e-3), ("vertex", 2e-3), ("ball", 1e-5), ("can", 1e-5)])
+def test_on_edges_and_balls_hardly_a_taxel_falls(place, most):
     """There the contact grows otherwise than that of the law; nothing falls by more than 0.2 % of the highest."""
     rig, rotation = Rig(LAWS[0], PLACES[place][0]), pointing(-PLACES[place][2] + 0.3)
     forces = np.array([felt_at(rig, place, d, rotation).tactile_normal_force for d in np.linspace(1e-5, 0.0036, 90)])
     highest = np.maximum.accumulate(forces, axis=0)
-    assert (highest - forces).max() < 2e-3 * forces.max()
+    assert (highest - forces).max() < most * forces.max()
 
 
 def test_shear_grows_with_the_tangential_force_and_the_torsion():
