@@ -143,6 +143,31 @@ def test_a_controller_sees_what_has_arrived(more):
         assert np.array_equal(np.array([row[k] for row in seen[-11:]]), recording[name])
 
 
+class Touchy(softhand.Controller):
+    """A formula of a user that reads taxels."""
+
+    @staticmethod
+    def formula(observed: Any, settings: Any, memory: Any, torque: Any) -> None:
+        for j in range(torque.shape[0]):
+            torque[j] = 0.02 * observed.tactile_normal_force[j % 3, 2 * j]
+
+
+@pytest.mark.parametrize("more", [{}, {"sensing.contact_force.noise": 0.1}], ids=["plain", "seen"])
+def test_a_compiled_law_reads_what_has_arrived_in_both_loops(more):
+    """The torque is told by the taxels that are recorded, though samples of the batch lie further apart."""
+    scenario = softhand.load_scenario("target-a", SLIPPING | ERRING | timed(0.003, 500.0) | {"duration": 0.01} | more)
+    recording = softhand.build(scenario, Touchy()).run()
+    felt = recording.tactile_normal_force
+    expected = 0.02 * np.stack([felt[:, j % 3, 2 * j] for j in range(recording.joint_torque.shape[1])], axis=1)
+    np.testing.assert_allclose(recording.joint_torque, expected, atol=1e-15)
+    names = ("joint_torque", *FIELDS)
+    runs = softhand.rollout(scenario, {"mass": [0.2]}, Touchy(), variables=names, every=0.005)
+    single = softhand.build(scenario.replace({"object.mass": 0.2}), Touchy()).run()
+    assert runs.compiled.all()
+    for name in names:
+        np.testing.assert_allclose(runs[name][0], single[name][::5], atol=1e-10)
+
+
 def test_environments_observe_what_has_arrived():
     """What an environment with late taxels sees after a step, one at once saw a step before."""
     gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym: pip install 'softhand[gym]'")
