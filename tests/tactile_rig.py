@@ -9,6 +9,7 @@ import numpy as np
 from softhand.contact.geometry import find_nearest, place_contact
 from softhand.contact.records import CONTACT, PAD, PLANE, SOLID
 from softhand.laws.law import Law
+from softhand.model.shapes.box import Box
 from softhand.numerics.arrays import Array
 from softhand.tactile.field import Felt, feel
 from softhand.tactile.pattern import taxel_pattern
@@ -32,7 +33,7 @@ class Rig:
         pad["joint"], pad["base"], pad["rotation"], pad["radius"] = 1, 0, np.eye(3), law.radius
         pad["face_normal"], pad["face_tangent"] = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
         pad["is_surface"], pad["shape"] = law.coordinates == "surface", PLANE if shape is None else SOLID
-        if shape is not None and hasattr(shape, "half"):
+        if isinstance(shape, Box):
             pad["box_rotation"], pad["box_centre"], pad["box_half"] = shape.rotation, shape.centre, shape.half
         elif shape is not None:
             pad["nearest_function"], pad["shape_data"] = shape.nearest_function, shape.data.ctypes.data
@@ -40,7 +41,7 @@ class Rig:
 
     def use(self, places: Array) -> None:
         count = len(places)
-        self.skin = Taxels(places, np.zeros((1, count), bool)).skin([self.law])
+        self.skin = Taxels(places, np.zeros((1, count), bool)).skin([self.law], self.shape)
         self.felt = Felt(np.zeros((1, count)), np.zeros((1, count, 2)), np.zeros((1, count)), np.zeros((1, count)))
 
     def feel(
@@ -84,7 +85,7 @@ class Rig:
 
     def torsion(self, felt: Felt) -> float:
         """Sum of moments of the shear about the contact point [N m]."""
-        x, q = self.law.radius * self.skin.moved[:, :2], felt.tactile_shear_force
+        x, q = self.law.radius * self.skin.moved[:2].T, felt.tactile_shear_force
         return float(np.sum(x[:, 0] * q[:, 1] - x[:, 1] * q[:, 0]))
 
 

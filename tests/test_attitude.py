@@ -17,6 +17,7 @@ from softhand.numerics.rotations import (
     set_rotation,
     set_rpy,
     turn_rotation,
+    turn_vector,
     turning_to_rates,
     turns_between,
 )
@@ -211,6 +212,9 @@ def test_the_logarithm_is_exact_at_any_angle(angle: float) -> None:
         again = np.empty((3, 3))
         turn_rotation(*(start @ w), start, again)
         assert_allclose(again, end, rtol=0.0, atol=4e-15)
+        column = start[:, 1].copy()
+        turn_vector(*(start @ w), column)
+        assert_allclose(column, again[:, 1], rtol=0.0, atol=4e-16)  # one formula for both
 
 
 def test_angles_and_rates_go_and_come_back() -> None:

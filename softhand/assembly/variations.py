@@ -92,7 +92,7 @@ class Variations:
         sensing, actuation = read_sensing(now, world), read_actuation(now, world, controller)
         return Setup(
             world, fingertips, supports, grasp, controller, reference, stepper, now, self._law, sensing, actuation,
-            read_taxels(now, world) if "tactile" in changed else base.taxels,
+            read_taxels(now, world) if changed & {"tactile", "control_period"} else base.taxels,
         )  # fmt: skip
 
     def _fingertips(self, now: Scenario, world: World, changed: set[str]) -> Sequence[Fingertip]:

@@ -234,7 +234,7 @@ class CompiledRun:
         return drive
 
     def _put_taxels(self, taxels: Taxels) -> Addressed:
-        """The code of the taxels, where samples are recorded, and in between if they remember or the law reads them."""
+        """The code of the taxels, where samples are recorded; in between if they remember, or the law reads them."""
         plant, plan, m = self.plant, self.plan, self.mechanics
         assert self.law is not None
         felt, seen = (pick(Felt, one._views) for one in (self._sensor.observation, self.observation))
@@ -245,7 +245,7 @@ class CompiledRun:
             plan.progress, layouts=self.layouts,
         )  # fmt: skip
         plan.between[FEEL] = code.code, code.place
-        if taxels.hysteresis > 0.0 or not self.law.reads.isdisjoint(Felt._fields):
+        if taxels.hysteresis > 0.0 or taxels.is_timed or not self.law.reads.isdisjoint(Felt._fields):
             plan.between[FEEL_BETWEEN] = code.code, code.place
         return code
 

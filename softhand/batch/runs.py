@@ -158,15 +158,18 @@ def together(
         if any(dim not in COMPONENTS and dim not in every for dim in dims):
             continue  # of supports, where no run has any
         sizes = [len(COMPONENTS.get(dim) or every[dim]) for dim in dims]
-        array = np.full((len(parts), len(time), *sizes), np.nan)
+        array = np.empty((len(parts), len(time), *sizes))
         for target, part, own in zip(array, parts, labels, strict=True):
+            values = part.get(name, np.empty((0, *sizes)))
+            if all(dim in COMPONENTS or own.get(dim) == every[dim] for dim in dims):
+                target[: len(values)], target[len(values) :] = values, np.nan
+                continue
+            target[...] = np.nan
             if name in part:
-                values = part[name]
-                places = [np.arange(len(values))]
-                for dim, size in zip(dims, sizes, strict=True):
-                    places.append(
-                        np.arange(size) if dim in COMPONENTS else np.array([every[dim].index(x) for x in own[dim]])
-                    )
-                target[np.ix_(*places)] = values
+                places = [
+                    range(size) if dim in COMPONENTS else list(map(every[dim].index, own[dim]))
+                    for dim, size in zip(dims, sizes, strict=True)
+                ]
+                target[np.ix_(range(len(values)), *places)] = values
         found[name] = array
     return found, every

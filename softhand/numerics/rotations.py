@@ -91,16 +91,32 @@ def turn_rotation(a, b, c, R, out):
         R: shape (3, 3).
         out: set, shape (3, 3).
     """
-    square = a * a + b * b + c * c
-    angle = math.sqrt(square)
-    first = math.sin(angle) / angle if square > _SMALL else 1.0 - square / 6.0
-    second = (1.0 - math.cos(angle)) / square if square > _SMALL else 0.5 - square / 24.0
+    first, second = _turning(a * a + b * b + c * c)
     for k in range(3):  # r + first w x r + second w x (w x r), column by column
         x, y, z = R[0, k], R[1, k], R[2, k]
         cx, cy, cz = b * z - c * y, c * x - a * z, a * y - b * x
         out[0, k] = x + first * cx + second * (b * cz - c * cy)
         out[1, k] = y + first * cy + second * (c * cx - a * cz)
         out[2, k] = z + first * cz + second * (a * cy - b * cx)
+
+
+@compiled
+def turn_vector(a, b, c, u):
+    """u <- exp([w]x) u: a vector of shape (3,), turned in place; args as `turn_rotation`."""
+    first, second = _turning(a * a + b * b + c * c)
+    x, y, z = b * u[2] - c * u[1], c * u[0] - a * u[2], a * u[1] - b * u[0]
+    u[0] += first * x + second * (b * z - c * y)
+    u[1] += first * y + second * (c * x - a * z)
+    u[2] += first * z + second * (a * y - b * x)
+
+
+@compiled
+def _turning(square):
+    """sin(t) / t and (1 - cos(t)) / t^2 of the square of an angle t [Rodrigues]."""
+    angle = math.sqrt(square)
+    first = math.sin(angle) / angle if square > _SMALL else 1.0 - square / 6.0
+    second = (1.0 - math.cos(angle)) / square if square > _SMALL else 0.5 - square / 24.0
+    return first, second
 
 
 @compiled

@@ -24,6 +24,7 @@ from softhand.plant.dynamics import accelerate
 from softhand.plant.resistance import Resistance, become, evaluate_resistance, resistance_of
 from softhand.plant.state import State, is_at, set_at
 from softhand.tactile.taxels import Taxels
+from softhand.tactile.taxels import become as become_taxels
 
 _CARRIED = ("contacts", "contact_columns", "at")
 
@@ -101,7 +102,8 @@ class Plant:
         self.mass_factor = np.zeros((world.nv, world.nv))
         self.taxels = taxels
         if taxels is not None:
-            self.skin, self.reading = taxels.skin([tip.law for tip in self.fingertips]), taxels.reading()
+            self.skin = taxels.skin([tip.law for tip in self.fingertips], world.shape)
+            self.reading = taxels.reading()
         if isinstance(self.snapshot, CompiledSnapshot):  # kernels put the deformation into the arguments of laws
             self._structure = structure_of(self.pads), structure_of(self.snapshot.tree.joints)
 
@@ -145,9 +147,9 @@ class Plant:
         self.pads[...] = pads
         self.taxels = taxels
         if taxels is not None:
-            laws = [tip.law for tip in self.fingertips]
-            for array, new in zip((*self.skin, *self.reading), (*taxels.skin(laws), *taxels.reading()), strict=True):
-                array[...] = new
+            skin = taxels.skin([tip.law for tip in self.fingertips], world.shape)
+            if not become_taxels((self.skin, self.reading), (skin, taxels.reading())):
+                return False
         self.forget()
         return True
 
@@ -156,7 +158,7 @@ class Plant:
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
         self.touching.depths[...], self.at[...] = np.nan, np.nan
         if self.taxels is not None:
-            self.reading.memory[...] = 0.0
+            self.reading.memory[...], self.reading.begun[...] = 0.0, 0
 
     @property
     def n_taxels(self) -> int:

@@ -127,12 +127,15 @@ class ActuationSection(Settings):
     """Of the noise."""
 
 
-def check_loop(sensing: SensingSection | None, actuation: ActuationSection | None, period: float) -> None:
+def check_loop(
+    sensing: SensingSection | None, actuation: ActuationSection | None, tactile: TactileSection | None, period: float
+) -> None:
     """Delays, rates and filters that the control period can have.
 
     Args:
         sensing: the instruments.
         actuation: the drives.
+        tactile: the taxels.
         period: control period [s].
 
     Raises:
@@ -143,11 +146,11 @@ def check_loop(sensing: SensingSection | None, actuation: ActuationSection | Non
         _check_delay("actuation.delay", actuation.delay, period)
         if actuation.servo is not None and actuation.servo.period is not None:
             _check_delay("actuation.servo.period", actuation.servo.period, period, least=1)
+    if tactile is not None:
+        _check_sampling("tactile", tactile, period)
     for name, one in (sensing.instruments if sensing is not None else {}).items():
         path = f"sensing.{name}"
-        _check_delay(f"{path}.delay", one.delay, period)
-        if one.rate is not None:
-            _check_rate(f"{path}.rate", one.rate, period)
+        _check_sampling(path, one, period)
         nyquist = 0.5 / period
         if one.filter is not None and one.filter >= nyquist:
             raise _wrong(
@@ -200,6 +203,12 @@ def periods_of(delay: float, period: float) -> int:
 def stride_of(rate: float | None, period: float) -> int:
     """Control periods between two samples."""
     return 1 if rate is None else round(1.0 / (rate * period))
+
+
+def _check_sampling(path: str, one: InstrumentSection | TactileSection, period: float) -> None:
+    _check_delay(f"{path}.delay", one.delay, period)
+    if one.rate is not None:
+        _check_rate(f"{path}.rate", one.rate, period)
 
 
 def _check_delay(key: str, delay: float, period: float, least: int = 0) -> None:

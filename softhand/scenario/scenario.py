@@ -100,7 +100,7 @@ class Scenario(Settings):
         check_opening(self.grasp, self.fingertip)
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
-        check_loop(self.sensing, self.actuation, self.control_period)
+        check_loop(self.sensing, self.actuation, self.tactile, self.control_period)
         check_variables("record.variables", self.record.variables or (), self.sensing, self.actuation, self.tactile)
 
     def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:

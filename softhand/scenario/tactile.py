@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from softhand.settings.settings import NonNegative, Settings
+from softhand.settings.settings import NonNegative, Positive, Settings
 
 FEWEST, MOST = 12, 2000
 """Taxels of a tip, as `tactile.pattern` has them."""
@@ -32,6 +32,10 @@ class TactileSection(Settings):
     """Numbers of taxels that read nothing, counted from 1: of all tips, or by the name of a tip."""
     dead_share: Share = 0.0
     """Share of the taxels that are dead beside these, drawn by the seed."""
+    delay: NonNegative = 0.0
+    """Time until a sample arrives, a whole number of control periods [s]."""
+    rate: Positive | None = None
+    """Samples a second, held in between; each control period if not given [Hz]."""
     seed: Annotated[int, Field(ge=0, le=10**9)] = 0
     """Of the noise and of the dead taxels."""
 

@@ -16,7 +16,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.philox import normal
 from softhand.numerics.quaternions import quaternion_of, rotation_by
-from softhand.numerics.rotations import log_of_turn, turn_rotation
+from softhand.numerics.rotations import log_of_turn, turn_rotation, turn_vector
 from softhand.sensing.quantities import NORMAL, PLAIN, ROTATION, TURNING
 
 
@@ -115,8 +115,8 @@ def _take(item, chain, index, out):
             _round_rotation(0.5 * item.quantum, turned)
         return
     _copy(true, out)
-    _turn(b[0], b[1], b[2], out)
-    _turn(x, y, z, out)
+    turn_vector(b[0], b[1], b[2], out)
+    turn_vector(x, y, z, out)
     if item.quantum > 0.0:
         for k in range(3):
             out[k] = item.quantum * np.rint(out[k] / item.quantum)
@@ -155,21 +155,6 @@ def _copy(source, target):
 def _wrapped(angle):
     """In [-pi, pi]."""
     return angle - 2.0 * math.pi * np.rint(angle / (2.0 * math.pi))
-
-
-@compiled
-def _turn(a, b, c, u):
-    """u turned by the rotation vector (a, b, c), by Rodrigues."""
-    square = a * a + b * b + c * c
-    if square == 0.0:
-        return
-    angle = math.sqrt(square)
-    first, second = math.sin(angle) / angle, 2.0 * math.sin(0.5 * angle) ** 2 / square
-    x, y, z = b * u[2] - c * u[1], c * u[0] - a * u[2], a * u[1] - b * u[0]
-    p, q, r = b * z - c * y, c * x - a * z, a * y - b * x
-    u[0] += first * x + second * p
-    u[1] += first * y + second * q
-    u[2] += first * z + second * r
 
 
 @compiled

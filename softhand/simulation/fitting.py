@@ -11,9 +11,10 @@ from softhand.errors import ScenarioError
 from softhand.numerics.arrays import AnyArray
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
+from softhand.simulation.touched import CARRIED
 from softhand.steppers.stepper import Integration
 
-_OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state", "taxels")
+_OF_INSTRUMENTS = ("instruments", "command", "drive line", "drive state", *CARRIED)
 
 
 def must_fit(state: State, mine: State, plant: Plant, integration: Integration, loop: Mapping[str, AnyArray]) -> None:

@@ -15,15 +15,15 @@ from softhand.recording.recording import Recording
 from softhand.recording.variables import VARIABLES
 from softhand.sensing.fields import RECORDED, Sizes, split
 from softhand.sensing.instruments import MEASURED
+from softhand.simulation import growing
 from softhand.simulation.faults import out_of_range
 from softhand.simulation.finishing import finished, measured_in
-from softhand.simulation.growing import Growing
 from softhand.simulation.interrupts import interrupts_held
 from softhand.simulation.keep import Keep
 from softhand.simulation.recorder import Recorder
 from softhand.version import __version__
 
-_CHUNK = 500  # samples that are put away at once
+_CHUNK = 500  # samples that are put away at once, at least
 
 
 class Samples:
@@ -39,6 +39,8 @@ class Samples:
         sizes: of the observation.
         period: between two control periods [s].
         keep: which variables are kept, and how often.
+        expected: samples of the whole run, if that is known: they are put away at once where memory allows, which saves
+            a copy.
 
     Attributes:
         turns: whole turns that angles had made at the first sample, by the name of their array; at the end, at the
@@ -46,13 +48,23 @@ class Samples:
         largest_Phi: of each tip so far [rad], shape (nc,).
     """
 
-    def __init__(self, plant: Plant, live: Mapping[str, AnyArray], sizes: Sizes, period: float, keep: Keep) -> None:
+    def __init__(
+        self,
+        plant: Plant,
+        live: Mapping[str, AnyArray],
+        sizes: Sizes,
+        period: float,
+        keep: Keep,
+        expected: int = 0,
+    ) -> None:
         self._plant, self._sizes, self._period, self._keep = plant, sizes, period, keep
         self._k = np.zeros((), np.int64)
         live = {"period": self._k, **live}
         self._variables_in = [name for name in live if name in VARIABLES]
         self._is_measured = "measured" in live
-        self._recorder, self._kept, self._count = Recorder(live, _CHUNK), Growing(), 0
+        room = growing.IN_MEMORY // max(sum(array.nbytes for array in live.values()), 1)
+        self._chunk = max(_CHUNK, min(expected, room))
+        self._recorder, self._kept, self._count = Recorder(live, self._chunk), growing.Growing(), 0
         self.turns: dict[str, Array] = {}
         self.largest_Phi = np.full(plant.world.n_tips, -np.inf)
 
@@ -62,7 +74,7 @@ class Samples:
             self._k[...] = k
             self._recorder.record()
             self._count += 1
-            if len(self._recorder) == _CHUNK:
+            if len(self._recorder) == self._chunk:
                 self._put_away()
 
     @property
@@ -92,7 +104,7 @@ class Samples:
         if self._is_measured:
             found |= measured_in(split(rows["measured"], self._sizes, MEASURED), self._plant, self.turns)
         kept = {"time", *self._keep.variables}
-        self._kept.add({name: found[name].astype(VARIABLES[name].dtype) for name in found if name in kept})
+        self._kept.add({name: found[name].astype(VARIABLES[name].dtype, copy=False) for name in found if name in kept})
         rows.clear()
 
     def recording(

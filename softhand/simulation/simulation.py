@@ -41,7 +41,7 @@ Progress = Callable[[float], None]
 Watch = Callable[[Observation], None]
 """Called with the true observation of each sample."""
 
-TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use")
+TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use", "slip_speed")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -298,7 +298,8 @@ class Simulation:
         """
         self.reset(start)
         first, last = self._k, self._periods if until is None else round(until / self._period)
-        samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep)
+        expected = (last - first) // self._keep.every + 2
+        samples = Samples(self.plant, self._live(), self.truth.known.sizes, self._period, self._keep, expected)
         samples.turns, self._first = dict(self._turns), first
         self._notes: dict[str, str] = {}
         self._began = clock.perf_counter()
@@ -347,7 +348,7 @@ class Simulation:
         if self._instruments:
             self._instruments.resume(carried.loop["instruments"])
         if self._touch:
-            self._touch.resume(carried.loop["taxels"])
+            self._touch.resume(carried.loop)
         self._turns = {name[6:]: turns for name, turns in carried.loop.items() if name.startswith("turns ")}
         if self._asking:
             self._asking.restart(carried.memory, bool(carried.loop["has_memory"][0]))

@@ -13,6 +13,7 @@ from softhand.numerics.arrays import Array
 from softhand.numerics.compiled import compiled
 from softhand.numerics.rotations import turn_rotation
 from softhand.tactile.overlap import weigh
+from softhand.tactile.solid import Solid
 
 TOUCH, BELOW, WEIGHT = range(3)
 """Rows of `Skin.work`."""
@@ -35,7 +36,7 @@ class Skin(NamedTuple):
     """The taxels of all tips, for kernels."""
 
     places: Array
-    """Unit vectors in F, shape (taxels, 3)."""
+    """Unit vectors in F, shape (3, taxels)."""
     reach: Array
     """h, how far the force of a place spreads over the skin [m], shape (nc,)."""
     exponent: Array
@@ -47,13 +48,13 @@ class Skin(NamedTuple):
     turned: Array
     """Scratch, shape (3, 3)."""
     moved: Array
-    """Scratch: taxels in the contact frame, over r, shape (taxels, 3)."""
+    """Scratch: taxels in the contact frame, over r, shape (3, taxels)."""
     work: Array
     """Scratch: how much a taxel touches, depth below the surface, weight, shape (3, taxels)."""
     taking: NDArray[np.int64]
     """Scratch: numbers of the taxels that have a part in the contact, first, shape (taxels,)."""
-    near: Array
-    """Scratch for the function of a shape."""
+    solid: Solid
+    """The object."""
 
 
 @compiled
@@ -97,23 +98,21 @@ def feel_tip(skin, i, pad, contact, pose, base_pose, felt):
     """
     normal, shear = felt.tactile_normal_force[i], felt.tactile_shear_force[i]
     slip, depth, f = felt.tactile_slip[i], felt.penetration_depth[i], contact.force
-    count = skin.places.shape[0]
-    for t in range(count):
-        normal[t], shear[t, 0], shear[t, 1], slip[t], depth[t] = 0.0, 0.0, 0.0, 0.0, 0.0
+    normal[:], shear[:, :], slip[:], depth[:] = 0.0, 0.0, 0.0, 0.0
     if contact.deformation[0] <= 0.0 and f[0] == 0.0 and f[1] == 0.0 and f[2] == 0.0 and f[3] == 0.0:
         return
     _move(skin, pad, contact, pose)
     total, taking = weigh(skin, i, pad, contact, base_pose)
-    v, r, weight = skin.moved, pad.radius, skin.work[WEIGHT]
+    v, w, r, weight = skin.moved[0], skin.moved[1], pad.radius, skin.work[WEIGHT]
     # middle and spread of the shares, over r
     mx, my, spread = 0.0, 0.0, 0.0
     for k in range(taking):
         t = skin.taking[k]
         weight[t] /= total
-        mx, my = mx + weight[t] * v[t, 0], my + weight[t] * v[t, 1]
+        mx, my = mx + weight[t] * v[t], my + weight[t] * w[t]
     for k in range(taking):
         t = skin.taking[k]
-        x, y = v[t, 0] - mx, v[t, 1] - my
+        x, y = v[t] - mx, w[t] - my
         spread += weight[t] * (x * x + y * y)
     turn = (f[3] / r - mx * f[1] + my * f[0]) / spread if spread > 1e-9 else 0.0
     # velocity of slip of the contact in C_F
@@ -123,10 +122,10 @@ def feel_tip(skin, i, pad, contact, pose, base_pose, felt):
         t = skin.taking[k]
         n = weight[t]
         normal[t] = n * f[2]
-        shear[t, 0], shear[t, 1] = n * (f[0] - turn * (v[t, 1] - my)), n * (f[1] + turn * (v[t, 0] - mx))
+        shear[t, 0], shear[t, 1] = n * (f[0] - turn * (w[t] - my)), n * (f[1] + turn * (v[t] - mx))
         depth[t] = max(skin.work[BELOW, t], 0.0)
         if vx != 0.0 or vy != 0.0 or spin != 0.0:
-            slip[t] = skin.work[TOUCH, t] * math.hypot(vx - spin * v[t, 1], vy + spin * v[t, 0])
+            slip[t] = skin.work[TOUCH, t] * math.hypot(vx - spin * w[t], vy + spin * v[t])
 
 
 @compiled
@@ -155,7 +154,8 @@ def _move(skin, pad, contact, pose):
         a[0, 0], a[0, 1], a[0, 2] = q * C, -p * s - q * c * S, p * c - q * s * S
         a[1, 0], a[1, 1], a[1, 2] = p * C, q * s - p * c * S, -q * c - p * s * S
         a[2, 0], a[2, 1], a[2, 2] = S, c * C, s * C
-    u, v = skin.places, skin.moved
-    for t in range(u.shape[0]):
-        for k in range(3):
-            v[t, k] = a[k, 0] * u[t, 0] + a[k, 1] * u[t, 1] + a[k, 2] * u[t, 2]
+    u, v, w = skin.places[0], skin.places[1], skin.places[2]
+    for k in range(3):
+        moved, x, y, z = skin.moved[k], a[k, 0], a[k, 1], a[k, 2]
+        for t in range(u.shape[0]):
+            moved[t] = x * u[t] + y * v[t] + z * w[t]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.address import call
 from softhand.contact.records import PLANE
 from softhand.numerics.compiled import compiled
+from softhand.tactile.solid import set_depths
 
 
 @compiled
@@ -34,18 +34,16 @@ def weigh(skin, i, pad, contact, base_pose):
     Returns:
         The sum of all weights, positive, and how many taxels have one, see `Skin.taking`.
     """
-    v, r, R, work = skin.moved, pad.radius, contact.distance, skin.work
+    v, r, R, work = skin.moved[2], pad.radius, contact.distance, skin.work
     h, m, wide = skin.reach[i], skin.exponent[i], 1.0 + skin.narrow[i]
-    touch, below, weight, count = work[0], work[1], work[2], v.shape[0]
-    e, first, second, third = 0.5 * wide * h * h / r, 2.0, 2.0, 2.0
-    for t in range(count):
-        first, second, third = _three(1.0 - v[t, 2], first, second, third)
-    base = e + max(contact.deformation[0], wide * r * third)
+    touch, below, weight = work[0], work[1], work[2]
+    e = 0.5 * wide * h * h / r
+    base = e + _deep_enough(v, wide * r, contact.deformation[0])
     nearest, count = _look(skin, pad, contact, base_pose, base, wide)
     total, taking = 0.0, 0
     for k in range(count):
         t = skin.taking[k]
-        x, p = base - wide * r * (1.0 - v[t, 2]), r * v[t, 2] - R
+        x, p = base - wide * r * (1.0 - v[t]), r * v[t] - R
         x -= min(p - below[t], max(p, 0.0))
         o = max(-below[t] - nearest, 0.0) / h
         if x <= 0.0 or o >= 1.0:
@@ -57,6 +55,20 @@ def weigh(skin, i, pad, contact, base_pose):
         skin.taking[taking] = t
         taking += 1
     return total, taking
+
+
+@compiled
+def _deep_enough(v, r, dr):
+    """dr, or so much that three taxels lie in r (1 - v) <= dr."""
+    inside = 0
+    for t in range(v.shape[0]):
+        inside += r * (1.0 - v[t]) <= dr
+    if inside > 2:
+        return dr
+    first, second, third = 2.0, 2.0, 2.0
+    for t in range(v.shape[0]):
+        first, second, third = _three(1.0 - v[t], first, second, third)
+    return max(dr, r * third)
 
 
 @compiled
@@ -86,53 +98,17 @@ def _look(skin, pad, contact, base_pose, base, wide):
     Returns:
         How far outside of the object the third nearest of them is [m], and how many they are.
     """
-    v, r, R, below = skin.moved, pad.radius, contact.distance, skin.work[1]
-    if pad.shape != PLANE:
-        _carry(skin, pad, contact, base_pose)
-    first, second, third = math.inf, math.inf, math.inf
+    v, r, R, below, taking = skin.moved[2], pad.radius, contact.distance, skin.work[1], skin.taking
     count = 0
     for t in range(v.shape[0]):
-        if base - wide * r * (1.0 - v[t, 2]) <= 0.0:
-            continue
-        skin.taking[count] = t
-        count += 1
-        below[t] = r * v[t, 2] - R
-        if pad.shape != PLANE:
-            below[t] = min(_depth(skin, pad, t), below[t])
+        taking[count] = t
+        count += base - wide * r * (1.0 - v[t]) > 0.0
+    if pad.shape != PLANE:
+        set_depths(skin.solid, pad, contact, base_pose, skin.moved, taking, count, below)
+    first, second, third = math.inf, math.inf, math.inf
+    for k in range(count):
+        t = taking[k]
+        p = r * v[t] - R
+        below[t] = p if pad.shape == PLANE else min(below[t], p)
         first, second, third = _three(max(-below[t], 0.0), first, second, third)
     return third, count
-
-
-@compiled
-def _carry(skin, pad, contact, base_pose):
-    """Sets `axes` and the last three numbers of `near`: from the contact frame, over r, to the frame of the base."""
-    C, a, near, end = contact.rotation, skin.axes, skin.near, skin.near.shape[0] - 3
-    for k in range(3):
-        near[end + k] = 0.0
-        for row in range(3):
-            near[end + k] += base_pose[3 * k + row] * (contact.tip[row] - base_pose[9 + row])
-        for j in range(3):
-            a[k, j] = 0.0
-            for row in range(3):
-                a[k, j] += pad.radius * base_pose[3 * k + row] * C[row, j]
-
-
-@compiled
-def _depth(skin, pad, t):
-    """How deep a taxel lies in a solid, negative outside [m]."""
-    a, v, near, end = skin.axes, skin.moved, skin.near, skin.near.shape[0] - 3
-    for k in range(3):
-        near[k] = near[end + k] + a[k, 0] * v[t, 0] + a[k, 1] * v[t, 1] + a[k, 2] * v[t, 2]
-    if pad.nearest_function != 0:
-        call(pad.nearest_function, pad.shape_data, near)  # type: ignore[call-arg]
-        return -near[6]
-    square, inside = 0.0, -math.inf
-    for axis in range(3):
-        along = 0.0
-        for k in range(3):
-            along += pad.box_rotation[k, axis] * (near[k] - pad.box_centre[k])
-        gap = abs(along) - pad.box_half[axis]
-        inside = max(inside, gap)
-        if gap > 0.0:
-            square += gap * gap
-    return -math.sqrt(square) if square > 0.0 else -inside
