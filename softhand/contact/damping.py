@@ -5,7 +5,17 @@ from __future__ import annotations
 import math
 
 from softhand.contact.answer import answer, normal_force
+from softhand.contact.elements import (
+    FORCE,
+    LAW,
+    USE,
+    get_element,
+    put_element,
+    rows_at,
+    sum_elements,
+)
 from softhand.contact.limit import limit_use
+from softhand.contact.records import REMEMBERED, STORED
 from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.branches import seldom, usually
@@ -24,7 +34,7 @@ def recall(pad, contact, memory, lead):
     Args:
         pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`, after `place_contact`.
-        memory: row of z; w of each relaxation, four numbers each, from the fourth on.
+        memory: row of z, or from the block of an element on; w of each relaxation behind the displacement.
         lead: w is taken so much later [s], with F as it then is.
     """
     recalled = contact.recalled
@@ -32,10 +42,10 @@ def recall(pad, contact, memory, lead):
     contact.dashpot[:] = 0.0
     contact.kept = 1.0
     recalled[:] = 0.0
-    for k in range((memory.shape[0] - 3) // 4):
+    for k in range(pad.relaxations):
         share, rate = pad.relaxation[k, 0], pad.relaxation[k, 1]
         left = math.exp(-rate * lead)
-        first = 3 + 4 * k
+        first = STORED + REMEMBERED * k
         contact.kept -= share * (1.0 - left)
         torsion = share * left * memory[first + 3]
         recalled[0] += contact.theta_per_x * share * left * memory[first + 1] + contact.psi_per_x * torsion
@@ -107,23 +117,56 @@ def react(pad, contact):
 
 
 @compiled
+def react_again(pad, contact):
+    """`react` after another velocity, for what was evaluated; with elements for each of them."""
+    if pad.elements == 1:
+        react(pad, contact)
+    elif pad.is_damped and usually(contact.is_damped > 0):
+        rows, grip = rows_at(pad.element_rows, pad.elements), contact.grip
+        for element in range(pad.elements):
+            get_element(contact, rows[element])
+            react(pad, contact)
+            put_element(contact, rows[element])
+        sum_elements(pad, contact, grip)
+
+
+@compiled
 def slide(pads, contacts, step):
     """Slip with dashpots over a step that ends at the last evaluation, for steppers that evaluate without a lead.
 
     Such an evaluation finds the force after what slips at once. Over a step the dashpots have a say in it.
     """
+    if not step > 0.0:
+        return
     for i in range(contacts.shape[0]):
-        contact, slip = contacts[i], contacts[i].slip
-        rate, dashpot = contact.slip_rate, contact.dashpot
-        if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
-            continue
-        if step > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
-            for k in range(3):
-                contact.deformation[1 + k] += slip[k]
-                slip[k] = 0.0
-            answer(pads[i], contact)
-            slip_to_limit(pads[i], contact, step)
-            react(pads[i], contact)
+        pad, contact = pads[i], contacts[i]
+        if pad.elements == 1:
+            _slide(pad, contact, step)
+        elif pad.is_damped and contact.is_damped > 0:
+            rows, grip = rows_at(pad.element_rows, pad.elements), contact.grip
+            for element in range(pad.elements):
+                get_element(contact, rows[element])
+                for k in range(4):
+                    contact.force[k] = rows[element, FORCE + k]
+                contact.limit_surface_use = rows[element, USE]
+                _slide(pad, contact, step)
+                put_element(contact, rows[element])
+            sum_elements(pad, contact, grip)
+
+
+@compiled
+def _slide(pad, contact, step):
+    """One row of `slide`, or one element."""
+    slip, rate, dashpot = contact.slip, contact.slip_rate, contact.dashpot
+    if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
+        return
+    if dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
+        for k in range(3):
+            contact.deformation[1 + k] += slip[k]
+            slip[k] = 0.0
+        answer(pad, contact)
+        slip_to_limit(pad, contact, step)
+        react(pad, contact)
 
 
 @compiled
@@ -136,18 +179,45 @@ def relax(pads, contacts, step, z):
 @compiled
 def relax_contact(pad, contact, step, memory):
     """One row of `relax`, likewise."""
-    for k in range((memory.shape[0] - 3) // 4):
+    for k in range(pad.relaxations):
         share = -math.expm1(-pad.relaxation[k, 1] * step)
-        for j in range(4):
-            memory[3 + 4 * k + j] += share * (contact.deformation_force[j] - memory[3 + 4 * k + j])
+        first = STORED + REMEMBERED * k
+        if pad.elements == 1:
+            for j in range(REMEMBERED):
+                memory[first + j] += share * (contact.deformation_force[j] - memory[first + j])
+        else:
+            rows = rows_at(pad.element_rows, pad.elements)
+            for element in range(pad.elements):
+                for j in range(REMEMBERED):
+                    memory[first + j] += share * (rows[element, LAW + j] - memory[first + j])
+                first += pad.block
+
+
+@compiled
+def memory_rate(pads, contacts, z, z_rate):
+    """z', after an evaluation: the rate of the deformation, if nothing slips, and `relaxation_rate`."""
+    for i in range(contacts.shape[0]):
+        for k in range(z.shape[1]):
+            z_rate[i, k] = 0.0
+        for element in range(pads[i].elements):
+            for k in range(STORED):
+                z_rate[i, element * pads[i].block + k] = contacts[i].deformation_rate[1 + k]
+    relaxation_rate(pads, contacts, z, z_rate)
 
 
 @compiled
 def relaxation_rate(pads, contacts, z, z_rate):
-    """w_k' = nu_k (F - w_k), into the columns of z_rate from the fourth on."""
+    """w_k' = nu_k (F - w_k), into their columns of z_rate."""
     for i in range(contacts.shape[0]):
-        for k in range((z.shape[1] - 3) // 4):
-            for j in range(4):
-                column = 3 + 4 * k + j
-                rate = pads[i].relaxation[k, 1]
-                z_rate[i, column] = rate * (contacts[i].deformation_force[j] - z[i, column])
+        pad = pads[i]
+        for k in range(pad.relaxations):
+            rate, first = pad.relaxation[k, 1], STORED + REMEMBERED * k
+            if pad.elements == 1:
+                for j in range(REMEMBERED):
+                    z_rate[i, first + j] = rate * (contacts[i].deformation_force[j] - z[i, first + j])
+            else:
+                rows = rows_at(pad.element_rows, pad.elements)
+                for element in range(pad.elements):
+                    for j in range(REMEMBERED):
+                        z_rate[i, first + j] = rate * (rows[element, LAW + j] - z[i, first + j])
+                    first += pad.block

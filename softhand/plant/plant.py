@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.contact.damping import slide
+from softhand.contact.elements import ROW
 from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
@@ -25,7 +26,7 @@ from softhand.plant.resistance import Resistance, become, evaluate_resistance, r
 from softhand.plant.state import State, is_at, set_at
 from softhand.tactile.taxels import Taxels
 
-_CARRIED = ("contacts", "contact_columns", "at")
+_CARRIED = ("contacts", "contact_columns", "at", "elements")
 
 
 class Touch(NamedTuple):
@@ -67,6 +68,8 @@ class Plant:
         can_slip: whether friction has a limit at any contact.
         mass_factor: factor of M after `acceleration`, shape (nv, nv).
         external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
+        elements: what the last evaluation found for the elements of each contact, see `contact.elements`, shape
+            (nc, most elements + 1, ROW); no numbers where every contact slips as a whole.
         taxels: of the tips, if they have any.
         skin: the same for kernels.
         reading: what they do to what they feel.
@@ -90,6 +93,9 @@ class Plant:
         self._code = {law: compile_law(law) for law in {contact.law for contact in every}}
         self.n_memory = memory_size(every)
         self.pads = build_pads(world, fingertips, supports, self._code)
+        most = max(contact.elements for contact in every)
+        self.elements = np.zeros((len(every), most + 1 if most > 1 else 0, ROW))
+        self._point_at_elements(self.pads)
         self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
@@ -128,6 +134,7 @@ class Plant:
         code = {law: compile_like(law, self._code) for law in {contact.law for contact in every}}
         pads = build_pads(world, fingertips, supports, code)
         pads["own"] = self.pads["own"]
+        self._point_at_elements(pads)
         before = self._structure
         if not become(self.touching.resistance, resistance_of(world)):
             return False
@@ -151,10 +158,14 @@ class Plant:
         self.forget()
         return True
 
+    def _point_at_elements(self, pads: NDArray[np.void]) -> None:
+        for pad, rows in zip(pads, self.elements, strict=True):
+            pad["element_rows"] = rows.ctypes.data if pad["elements"] > 1 else 0
+
     def forget(self) -> None:
         """Know of no state, as if new."""
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
-        self.touching.depths[...], self.at[...] = np.nan, np.nan
+        self.touching.depths[...], self.at[...], self.elements[...] = np.nan, np.nan, 0.0
         if self.taxels is not None:
             self.reading.memory[...] = 0.0
 
@@ -162,6 +173,11 @@ class Plant:
     def n_taxels(self) -> int:
         """Taxels of each tip."""
         return 0 if self.taxels is None else len(self.taxels)
+
+    @property
+    def n_shares(self) -> int:
+        """Fingertips, if some have elements that slip by themselves, else 0."""
+        return self.world.n_tips if len(self.elements[0]) else 0
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:

@@ -49,7 +49,8 @@ COMMANDED = {
 """What it asked for, by what it commands; there under [actuation] alone."""
 
 FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
-"""What a run does not record; `softhand.incipient_slip` finds it in a recording."""
+"""What a run does not record, but for `slipped_share` with `fingertip.slip_elements`; `softhand.incipient_slip` finds
+it in a recording."""
 
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
@@ -105,7 +106,9 @@ VARIABLES: dict[str, Variable] = {
     "slip_twist": Variable(_CONTACT, "rad", "torsional slip since the start, its total amount"),
     "slip_loss": Variable(_CONTACT, "J", "work lost to slip since the start"),
     "slipped_share": Variable(
-        _CONTACT, "1", "share of the contact that slips, 1 where all of it does; put in by softhand.incipient_slip"
+        _CONTACT,
+        "1",
+        "share of the contact that slips, 1 where all of it does; with slip_elements, or by softhand.incipient_slip",
     ),
     "microslip_loss": Variable(
         _CONTACT, "J", "work lost in the parts that slip, since the start; put in by softhand.incipient_slip"

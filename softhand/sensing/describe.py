@@ -116,6 +116,9 @@ def describe_contacts(touch, at_tips):
         at_tips.contact_feature[i], at_tips.is_slipping[i] = contact.feature, contact.is_slipping
         at_tips.slip_travel[i], at_tips.slip_twist[i] = contact.slip_travel, contact.slip_twist
         at_tips.slip_loss[i] = contact.slip_loss
+    for i in range(at_tips.slipped_share.shape[0]):
+        contact = touch.contacts[i]
+        at_tips.slipped_share[i] = contact.slipped_share if touch.pads[i].elements > 1 else contact.is_slipping
 
 
 @compiled

@@ -33,6 +33,8 @@ class Sizes(NamedTuple):
     """of contacts that an internal force acts between"""
     taxels: int = 0
     """taxels of each tip"""
+    shares: int = 0
+    """contacts of the fingertips, if some have elements that slip by themselves"""
 
 
 RECORDED = {
@@ -57,6 +59,7 @@ RECORDED = {
     "slip_travel": "nc",
     "slip_twist": "nc",
     "slip_loss": "nc",
+    "slipped_share": "shares",
     "support_force": "ns 4",
     "support_deformation": "ns 4",
     "support_point": "ns 3",

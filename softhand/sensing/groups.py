@@ -57,6 +57,7 @@ class Contacts(NamedTuple):
     slip_travel: Array
     slip_twist: Array
     slip_loss: Array
+    slipped_share: Array
 
 
 class Jacobians(NamedTuple):

@@ -97,6 +97,9 @@ class Observation:
     """Angle that each tip has slipped about its normal [rad], shape (nc,)."""
     slip_loss: Array
     """Work that the slip of each tip has lost [J], shape (nc,)."""
+    slipped_share: Array
+    """Share of the area of each contact that is at its limit, see `contact.elements`, 0 or 1 of one that slips as a
+    whole, shape (nc,); (0,) where all do."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
     support_deformation: Array
