@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.analysis.joint_energy import joint_energy, rotor_energy
 from softhand.assembly.plant import read_plant
 from softhand.assembly.probe import check_states, recorded_scenario, recorded_state
+from softhand.contact.elements import DISPLACEMENT
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
@@ -243,12 +244,21 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
     world = plant.world
     model, data, q = world.model, world.model.createData(), world.configuration(state.q)
     elastic, relaxing = 0.0, 0.0
-    for tip, contact in zip(plant.materials, plant.contacts, strict=True):
-        stored, left = tip_energy(tip, contact), tip.damping.relaxed()
+    for tip, contact, rows in zip(plant.materials, plant.contacts, plant.elements, strict=True):
+        left = tip.damping.relaxed()
+        parts = [contact] if tip.elements == 1 else [_element(contact, row) for row in rows[: tip.elements]]
+        stored = sum(tip_energy(tip, part) for part in parts) / len(parts)
         elastic += stored
         relaxing += stored * (1.0 - left) / left
     kinetic = pin.computeKineticEnergy(model, data, q, world.velocity(state.v)) + rotor_energy(plant, state.v)
     return float(kinetic), float(pin.computePotentialEnergy(model, data, q)), elastic, relaxing
+
+
+def _element(contact: np.void, row: Array) -> np.void:
+    """A contact that is all like one of its elements."""
+    whole: np.void = contact.copy()
+    whole["deformation"][1:] = row[DISPLACEMENT : DISPLACEMENT + 3]
+    return whole
 
 
 def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:

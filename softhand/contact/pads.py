@@ -205,7 +205,7 @@ def build_pads(
         LawError: a law or a damping has more numbers than fit.
     """
     pads = np.zeros(len(fingertips) + len(supports), PAD)
-    every = [*fingertips, *supports]
+    every: list[Contact] = [*fingertips, *supports]
     n_memory, block = memory_size(every), block_size(every)
     for pad, tip, fingertip in zip(pads, world.tips, fingertips, strict=False):
         pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position

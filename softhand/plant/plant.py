@@ -177,7 +177,12 @@ class Plant:
     @property
     def n_shares(self) -> int:
         """Fingertips, if some have elements that slip by themselves, else 0."""
-        return self.world.n_tips if len(self.elements[0]) else 0
+        return self.world.n_tips if self.n_elements else 0
+
+    @property
+    def n_elements(self) -> int:
+        """Most elements of a contact; 0 where all slip as a whole."""
+        return max(0, self.elements.shape[1] - 1)
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:

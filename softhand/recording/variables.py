@@ -20,7 +20,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint", "taxel")
+LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint", "taxel", "element")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -28,6 +28,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "rpy": ("roll", "pitch", "yaw"),
     "twist": ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z"),
     "deformation_component": ("dr", "dtheta", "dphi", "dpsi"),
+    "displacement_component": ("dtheta", "dphi", "dpsi"),
     "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
     "shear_component": ("f_x", "f_y"),
@@ -109,6 +110,9 @@ VARIABLES: dict[str, Variable] = {
         _CONTACT,
         "1",
         "share of the contact that slips, 1 where all of it does; with slip_elements, or by softhand.incipient_slip",
+    ),
+    "element_deformation": Variable(
+        (*_CONTACT, "element", "displacement_component"), "rad", "deformation of each element of the contact"
     ),
     "microslip_loss": Variable(
         _CONTACT, "J", "work lost in the parts that slip, since the start; put in by softhand.incipient_slip"

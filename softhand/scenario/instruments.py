@@ -185,6 +185,8 @@ def check_variables(
         elif name == COMMANDED["torque"] and (actuation is None or name != own):
             needed = "[actuation]" if actuation is None else "[actuation] without a servo that takes set points"
             example = "actuation.delay"
+        elif not has_elements and name in VARIABLES and "element" in VARIABLES[name].dims:
+            needed, example = "slip elements", "fingertip.slip_elements = 8"
         elif tactile is None and name in VARIABLES and "taxel" in VARIABLES[name].dims:
             needed, example = "[tactile]", "tactile.count"
         else:

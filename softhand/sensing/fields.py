@@ -35,6 +35,8 @@ class Sizes(NamedTuple):
     """taxels of each tip"""
     shares: int = 0
     """contacts of the fingertips, if some have elements that slip by themselves"""
+    elements: int = 0
+    """most of a contact, likewise"""
 
 
 RECORDED = {
@@ -60,6 +62,7 @@ RECORDED = {
     "slip_twist": "nc",
     "slip_loss": "nc",
     "slipped_share": "shares",
+    "element_deformation": "nc elements 3",
     "support_force": "ns 4",
     "support_deformation": "ns 4",
     "support_point": "ns 3",

@@ -58,6 +58,7 @@ class Contacts(NamedTuple):
     slip_twist: Array
     slip_loss: Array
     slipped_share: Array
+    element_deformation: Array
 
 
 class Jacobians(NamedTuple):

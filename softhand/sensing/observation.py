@@ -100,6 +100,9 @@ class Observation:
     slipped_share: Array
     """Share of the area of each contact that is at its limit, see `contact.elements`, 0 or 1 of one that slips as a
     whole, shape (nc,); (0,) where all do."""
+    element_deformation: Array
+    """`deformation` of each element without dr, zeros behind the last one of a contact, shape (nc, elements, 3);
+    (nc, 0, 3) where all slip as a whole."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
     support_deformation: Array
