@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.answer import answer, normal_force
-from softhand.contact.elements import (
-    FORCE,
-    LAW,
-    USE,
-    get_element,
-    put_element,
-    rows_at,
-    sum_elements,
-)
+from softhand.contact.answer import normal_force
+from softhand.contact.elements import LAW, rows_at
 from softhand.contact.limit import limit_use
 from softhand.contact.records import REMEMBERED, STORED
 from softhand.contact.scaled import traction
-from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
+from softhand.contact.slip import ROUNDED, slip_velocity
 from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
@@ -75,7 +67,7 @@ def press(pad, contact):
             force[2] = 0.0
     if not has_limit:
         return False
-    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(contact))
+    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(pad, contact))
     return not usually(contact.limit_surface_use <= 1.0 + ROUNDED)
 
 
@@ -99,7 +91,7 @@ def react(pad, contact):
     if not press(pad, contact):
         return False
     force, dashpot, lever = contact.force, contact.dashpot, contact.lever
-    room = contact.grip * normal_force(contact)
+    room = contact.grip * normal_force(pad, contact)
     yields = room > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0
     if yields:
         y = slip_velocity(contact, room)
@@ -114,59 +106,6 @@ def react(pad, contact):
             force[k] = force[k] / use if use < math.inf else 0.0
     contact.limit_surface_use = 1.0
     return yields
-
-
-@compiled
-def react_again(pad, contact):
-    """`react` after another velocity, for what was evaluated; with elements for each of them."""
-    if pad.elements == 1:
-        react(pad, contact)
-    elif pad.is_damped and usually(contact.is_damped > 0):
-        rows, grip = rows_at(pad.element_rows, pad.elements), contact.grip
-        for element in range(pad.elements):
-            get_element(contact, rows[element])
-            react(pad, contact)
-            put_element(contact, rows[element])
-        sum_elements(pad, contact, grip)
-
-
-@compiled
-def slide(pads, contacts, step):
-    """Slip with dashpots over a step that ends at the last evaluation, for steppers that evaluate without a lead.
-
-    Such an evaluation finds the force after what slips at once. Over a step the dashpots have a say in it.
-    """
-    if not step > 0.0:
-        return
-    for i in range(contacts.shape[0]):
-        pad, contact = pads[i], contacts[i]
-        if pad.elements == 1:
-            _slide(pad, contact, step)
-        elif pad.is_damped and contact.is_damped > 0:
-            rows, grip = rows_at(pad.element_rows, pad.elements), contact.grip
-            for element in range(pad.elements):
-                get_element(contact, rows[element])
-                for k in range(4):
-                    contact.force[k] = rows[element, FORCE + k]
-                contact.limit_surface_use = rows[element, USE]
-                _slide(pad, contact, step)
-                put_element(contact, rows[element])
-            sum_elements(pad, contact, grip)
-
-
-@compiled
-def _slide(pad, contact, step):
-    """One row of `slide`, or one element."""
-    slip, rate, dashpot = contact.slip, contact.slip_rate, contact.dashpot
-    if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
-        return
-    if dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
-        for k in range(3):
-            contact.deformation[1 + k] += slip[k]
-            slip[k] = 0.0
-        answer(pad, contact)
-        slip_to_limit(pad, contact, step)
-        react(pad, contact)
 
 
 @compiled

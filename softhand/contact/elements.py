@@ -28,12 +28,12 @@ from softhand.numerics.compiled import compiled
 from softhand.numerics.symbols import NotStraightError
 from softhand.numerics.tracing import MEANINGS
 
-DISPLACEMENT, SLIP, RATE, BEFORE, LAW, ELASTIC, DASHPOT, RECALLED, FORCE, GRIP, USE, ROW = (
-    0, 3, 6, 9, 12, 16, 20, 24, 28, 32, 33, 34,
+DISPLACEMENT, SLIP, RATE, BEFORE, LAW, ELASTIC, DASHPOT, RECALLED, FORCE, USE, TRIAL, MULTIPLIER, SLIPS, ROW = (
+    0, 3, 6, 9, 12, 16, 20, 24, 28, 32, 33, 36, 37, 38,
 )  # fmt: skip
 """Where a row of `rows_at` has `deformation` without dr, `slip`, `slip_rate`, `force_before`, `deformation_force`,
-`elastic`, `dashpot`, `recalled`, `force`, `grip` and `limit_surface_use` of `records.CONTACT`, as of a contact that is
-all like this element; how long it is."""
+`elastic`, `dashpot`, `recalled`, `force` and `limit_surface_use` of `records.CONTACT`, as of a contact that is all like
+this element; its displacement if nothing slips, the multiplier of its slip and whether it slips; how long it is."""
 
 STIFFNESS, DAMPING, SUMS = 0, 16, 20
 """Where the row behind those of the elements has the sums of `stiffness` and `damping`, and where they end."""
@@ -77,15 +77,6 @@ def share_of(element, count):
 
 
 @compiled
-def take_element(pad, contact, memory, element, lead):
-    """The displacement of an element in place of that of the contact, if nothing slips."""
-    first = element * pad.block
-    for k in range(3):
-        contact.deformation[1 + k] = memory[first + k] + lead * contact.deformation_rate[1 + k]
-        contact.slip[k] = 0.0
-
-
-@compiled
 def put_element(contact, row):
     """The contact, evaluated for an element, into the row of that element."""
     for k in range(3):
@@ -98,12 +89,12 @@ def put_element(contact, row):
         row[DASHPOT + k] = contact.dashpot[k]
         row[RECALLED + k] = contact.recalled[k]
         row[FORCE + k] = contact.force[k]
-    row[GRIP], row[USE] = contact.grip, contact.limit_surface_use
+    row[USE] = contact.limit_surface_use
 
 
 @compiled
 def get_element(contact, row):
-    """The other way, but for `limit_surface_use` and `force`."""
+    """The other way."""
     for k in range(3):
         contact.deformation[1 + k] = row[DISPLACEMENT + k]
         contact.slip[k] = row[SLIP + k]
@@ -113,7 +104,8 @@ def get_element(contact, row):
         contact.elastic[k] = row[ELASTIC + k]
         contact.dashpot[k] = row[DASHPOT + k]
         contact.recalled[k] = row[RECALLED + k]
-    contact.grip = row[GRIP]
+        contact.force[k] = row[FORCE + k]
+    contact.limit_surface_use = row[USE]
 
 
 @compiled
@@ -167,4 +159,4 @@ def let_go_of_elements(pad, contact, memory, lead):
             row[SLIP + k] = memory[first + k] + lead * contact.deformation_rate[1 + k]
     for k in range(3):
         contact.slip[k] = _mean(rows, pad.elements, SLIP + k)
-    contact.slipped_share = 0.0
+    contact.slipped_share, contact.pressed = 0.0, 0.0

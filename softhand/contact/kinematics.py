@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.contact.address import call
-from softhand.contact.damping import react_again
+from softhand.contact.sliders import react_again
 from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
 

@@ -8,19 +8,20 @@ from softhand.contact.answer import answer, answer_stiffness
 from softhand.contact.damping import press, react, recall
 from softhand.contact.elements import (
     DAMPING,
+    MULTIPLIER,
+    SLIPS,
     STIFFNESS,
     SUMS,
+    get_element,
     let_go_of_elements,
-    put_element,
     rows_at,
-    share_of,
     sum_elements,
-    take_element,
 )
 from softhand.contact.friction import has_slid, set_friction
 from softhand.contact.geometry import find_nearest, place_contact, roll_stiffness
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
 from softhand.contact.limit import set_limit
+from softhand.contact.sliders import all_slip, slip_elements, try_elements
 from softhand.contact.slip import slip_to_limit
 from softhand.contact.tangent import stiffness_while_slipping
 from softhand.numerics.branches import seldom, usually
@@ -119,31 +120,28 @@ def _respond(pad, contact, memory, lead, with_stiffness):
 
 @compiled
 def respond_by_elements(pad, contact, memory, lead, with_stiffness):
-    """`_respond` of a contact whose elements slip by themselves, each as a contact with its share of friction would.
+    """`_respond` of a contact whose elements slip by themselves.
 
     The static coefficient holds until all of them slip.
     """
+    set_limit(pad, contact)
+    try_elements(pad, contact, memory, lead)
+    mu = contact.friction
+    if pad.slip_column >= 0 and not has_slid(pad, memory) and not all_slip(pad, contact, contact.static_friction):
+        mu = contact.static_friction
+    slip_elements(pad, contact, mu, 2.0 * lead)
+    # d force / d velocity, d force / d displacement
     n = pad.elements
     rows = rows_at(pad.element_rows, n)
     sums = rows[n]
-    set_limit(pad, contact)
-    mu = contact.friction
-    if pad.slip_column >= 0 and not has_slid(pad, memory):
-        mu, sticks = contact.static_friction, False
-        for element in range(n):
-            if not sticks:
-                sticks = not _try_element(pad, contact, memory, element, lead, mu)
-        if not sticks:
-            mu = contact.friction
     for k in range(SUMS):
         sums[k] = 0.0
     for element in range(n):
-        slips, m = _try_element(pad, contact, memory, element, lead, mu), 0.0
-        if slips:
-            m = slip_to_limit(pad, contact, 2.0 * lead)
-            react(pad, contact)
-        put_element(contact, rows[element])
-        _look_ahead(pad, contact, lead, slips, m, with_stiffness)
+        row = rows[element]
+        get_element(contact, row)
+        if with_stiffness:
+            answer(pad, contact)
+        _look_ahead(pad, contact, lead, row[SLIPS] > 0.0, row[MULTIPLIER], with_stiffness)
         for i in range(4):
             sums[DAMPING + i] += contact.damping[i]
             if with_stiffness:
@@ -155,17 +153,6 @@ def respond_by_elements(pad, contact, memory, lead, with_stiffness):
         if with_stiffness:
             for j in range(4):
                 contact.stiffness[i, j] = sums[STIFFNESS + 4 * i + j] / n
-
-
-@compiled
-def _try_element(pad, contact, memory, element, lead, mu):
-    """The material of an element as if nothing slipped; whether it is beyond its limit."""
-    take_element(pad, contact, memory, element, lead)
-    if pad.is_damped:
-        recall(pad, contact, memory[element * pad.block :], lead)
-    answer(pad, contact)
-    contact.grip = mu * share_of(element, pad.elements)
-    return press(pad, contact)
 
 
 @compiled

@@ -121,6 +121,7 @@ CONTACT = np.dtype(
         ("slip_speed", np.float64, 3),  # what slip took from them in the last step, per time
         ("force_before", np.float64, 3),  # force where slip was last made final, in the coordinates of the law
         ("limit_surface_use", np.float64),
+        ("pressed", np.float64),  # normal force that its elements share, if it has some [N]
         ("slipped_share", np.float64),  # of the area, whose elements are at their limit; 0 without elements
         ("is_slipping", np.int64),  # whether the last step slipped, all of the contact
         ("slip_travel", np.float64),  # since the start [m]

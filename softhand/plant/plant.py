@@ -8,12 +8,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.contact.damping import slide
 from softhand.contact.elements import ROW
 from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
 from softhand.contact.records import CONTACT
+from softhand.contact.sliders import slide
 from softhand.laws.law import compile_law, compile_like
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.snapshot import Snapshot

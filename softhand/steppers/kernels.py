@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.contact.address import done
-from softhand.contact.damping import memory_rate, relax, slide
+from softhand.contact.damping import memory_rate, relax
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
+from softhand.contact.sliders import slide
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
 from softhand.model.coupled import Terms
