@@ -114,6 +114,11 @@ VARIABLES: dict[str, Variable] = {
     "element_deformation": Variable(
         (*_CONTACT, "element", "displacement_component"), "rad", "deformation of each element of the contact"
     ),
+    "element_force": Variable(
+        (*_CONTACT, "element", "force_component"),
+        "N, N, N, N m",
+        "force and torsion if all of the contact were like that element; contact_force is their mean",
+    ),
     "microslip_loss": Variable(
         _CONTACT, "J", "work lost in the parts that slip, since the start; put in by softhand.incipient_slip"
     ),

@@ -63,6 +63,7 @@ RECORDED = {
     "slip_loss": "nc",
     "slipped_share": "shares",
     "element_deformation": "nc elements 3",
+    "element_force": "nc elements 4",
     "support_force": "ns 4",
     "support_deformation": "ns 4",
     "support_point": "ns 3",

@@ -59,6 +59,7 @@ class Contacts(NamedTuple):
     slip_loss: Array
     slipped_share: Array
     element_deformation: Array
+    element_force: Array
 
 
 class Jacobians(NamedTuple):

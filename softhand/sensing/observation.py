@@ -103,6 +103,8 @@ class Observation:
     element_deformation: Array
     """`deformation` of each element without dr, zeros behind the last one of a contact, shape (nc, elements, 3);
     (nc, 0, 3) where all slip as a whole."""
+    element_force: Array
+    """`contact_force` if all of the contact were like an element; that is their mean, shape (nc, elements, 4)."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
     support_deformation: Array
