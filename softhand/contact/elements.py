@@ -1,7 +1,8 @@
 """Elements of a contact side by side, each with a memory and a share of friction of its own: partial slip in a run.
 
 The model of Iwan (1966): springs in parallel, each in series with a slider. An element is 1/n of the law and slips by
-itself, so that the contact has the energy U = (1/n) sum_j U(d, s_j). With b from 0, the middle, to 1, the rim,
+itself, so that the contact has the energy U = (1/n) sum_j U(d, s_j) and the normal force P = dU/dd. With b from 0, the
+middle, to 1, the rim, its limit is 1/n of mu_b P,
 
     mu_b = (3/2) mu (1 - b^2)
 
@@ -10,7 +11,8 @@ the elements loaded together from nothing to the share x of the displacement D a
     Q = mu P {1 - (1 - x)^(3/2)}
 
 which is the law of Cattaneo and Mindlin; those within b stick, b = c / a. Each element has the mean of mu_b over its
-cell, so that the mean of all is mu.
+cell, so that the mean of all is mu. All have the shape and the lever of the limit surface of the contact, so that it
+slides as a whole as one that has no elements.
 """
 
 from __future__ import annotations
