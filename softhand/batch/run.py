@@ -314,6 +314,7 @@ class CompiledRun:
         self.plant.at[0] = np.nan
         for name in TOTALS:
             self.plant.contacts[name] = 0
+        self.plant.elements[...] = 0.0
 
     def _straight_code(self) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""

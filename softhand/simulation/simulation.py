@@ -41,7 +41,7 @@ Progress = Callable[[float], None]
 Watch = Callable[[Observation], None]
 """Called with the true observation of each sample."""
 
-TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "limit_surface_use")
+TOTALS = ("is_broken", "is_slipping", "slip_travel", "slip_twist", "slip_loss", "slip_speed", "limit_surface_use")
 _REPORT_EVERY = 20  # samples between two calls of the progress function
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -157,6 +157,7 @@ class Simulation:
         self._turns: dict[str, Array] = {}
         for name in TOTALS:
             self.plant.contacts[name] = 0
+        self.plant.elements[...] = 0.0
         if self._asking:
             self._asking.restart()
         self._asked_at = -1
