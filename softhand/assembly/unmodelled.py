@@ -65,7 +65,7 @@ def must_slip_as_a_whole(tool: str, fingertips: Iterable[Fingertip]) -> None:
     most = max(fingertip.elements for fingertip in fingertips)
     if most > 1:
         raise ScenarioError(
-            f"fingertip.slip_elements: got {most}, but {tool} knows contacts that slip as a whole alone; look at a "
+            f"fingertip.slip_elements: {tool} knows contacts that slip as a whole, not by {most} elements; look at a "
             "run, or set fingertip.slip_elements = 1.",
             key="fingertip.slip_elements", value=most,
         )  # fmt: skip
