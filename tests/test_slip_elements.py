@@ -329,6 +329,20 @@ def test_every_stepper_finds_the_same_contact(damping: Any) -> None:
         assert loss == pytest.approx(lost, rel=0.03)
 
 
+def test_smaller_steps_come_nearer() -> None:
+    """Round a corner within the limit, where the direction of slip turns: at least of first order in the step."""
+    forces = []
+    for step in (4e-3, 2e-3, 1e-3, 1.25e-4):
+        rig = leaning_on(HERTZ, 8)
+        for direction in (0.3, 2.0):
+            drag(rig, 3e-3, direction)
+            rig.run(Midpoint(step=step), 0.04)
+        forces.append(rig.contact["force"][:2].copy())
+    errors = np.linalg.norm(np.array(forces[:3]) - forces[3], axis=1)
+    assert errors[0] < 0.01 * rig.contact["force"][2]
+    assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2] > 0.0
+
+
 # --------------------------------------------------------------------------------------------------- runs
 
 
