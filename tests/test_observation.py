@@ -163,7 +163,8 @@ def test_tips_that_are_nearest_to_one_vertex_have_no_internal_force() -> None:
 @pytest.fixture(scope="module")
 def live() -> Simulation:
     """A run on its way, with supports, so that every field has numbers."""
-    simulation = build(load_scenario("grasp-and-lift", {"duration": 1.0, "tactile.count": 12}))
+    values = {"duration": 1.0, "tactile.count": 12, "fingertip.slip_elements": 2}
+    simulation = build(load_scenario("grasp-and-lift", values))
     simulation.run()
     return simulation
 
