@@ -55,6 +55,17 @@ def both(scenario: str, values: dict[str, Any]) -> tuple[Result, Recording]:
         ("target-a", {**SLIP, **STEP, "stepper.name": "rk4"}),
         ("target-a", {**SLIP, **STEP, "stepper.name": "semi-implicit-euler", "stepper.step": 0.0005}),
         ("target-a", {"fingertip": {**POWER, "damping": {"name": "fung"}}, **STEP}),
+        ("target-a", {**SLIP, **STEP, "fingertip.slip_elements": 5}),
+        ("target-a", {**SLIP, **STEP, "fingertip.slip_elements": 4, "stepper.name": "rk4"}),
+        (
+            "target-a",
+            {
+                "fingertip": {**POWER, "damping": {"name": "fung"}, "slip_elements": 4},
+                **STEP,
+                "stepper.name": "semi-implicit-euler",
+                "stepper.step": 0.0005,
+            },
+        ),
         ("target-a", {**PUSHED, "stepper.step": 0.0005}),
         ("target-a", {"controller.period": 0.004, "control_period": 0.002, "stepper.step": 0.001}),
         ("pinch", {}),

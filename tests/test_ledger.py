@@ -16,6 +16,7 @@ from softhand.recording.events import find_events
 from softhand.scenario.scenario import with_law
 
 COULOMB = {"fingertip.contact": "coulomb", "fingertip.friction": 0.45}
+ELEMENTS = {**COULOMB, "fingertip.slip_elements": 8}
 DAMPED = {"fingertip.damping": {"name": "kelvin-voigt"}}
 RELAXING = {"fingertip.damping": {"name": "fung"}}
 
@@ -37,8 +38,8 @@ def ledger_of(step: float, values: dict[str, Any], duration: float) -> Ledger:
 
 @pytest.mark.parametrize(
     "values",
-    [{}, DAMPED, COULOMB, {**COULOMB, **DAMPED}, {**COULOMB, **RELAXING}],
-    ids=["free", "damped", "slip", "both", "relaxing"],
+    [{}, DAMPED, COULOMB, {**COULOMB, **DAMPED}, {**COULOMB, **RELAXING}, ELEMENTS, {**ELEMENTS, **RELAXING}],
+    ids=["free", "damped", "slip", "both", "relaxing", "elements", "elements that relax"],
 )
 def test_the_residual_falls_with_the_square_of_the_step(values: dict[str, Any]) -> None:
     """Midpoint: half the step, a quarter of the residual; and it is small beside every account in use."""

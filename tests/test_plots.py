@@ -43,6 +43,7 @@ def invented(contacts: int = 3, joints: int = 3, samples: int = SAMPLES, **chang
         "velocity": ("joint_1", "object_x"),
         "coupled_joint": ("finger_1_joint_9",),
         "taxel": ("1", "2", "3"),
+        "element": ("1", "2"),
     }
     sizes = {dim: len(names) for dim, names in {**labels, **COMPONENTS}.items()}
     time, rng = np.linspace(0.0, 2.0, SAMPLES)[:samples], np.random.default_rng(contacts)

@@ -31,6 +31,7 @@ LABELS = {
     "velocity": ("finger_1_joint_1", "object x", "object rz"),
     "coupled_joint": ("finger_1_joint_4",),
     "taxel": ("1", "2", "3", "4", "5"),
+    "element": ("1", "2", "3"),
 }
 
 

@@ -66,6 +66,10 @@ CASES = {
     "adaptive": Case("target-a", {**SLIP, "duration": 0.02, "stepper.name": "adaptive"}, (0, 5, 12), slips=True),
     **{name: Case("target-a", {**SLIP, "fingertip.damping": {"name": name}}, slips=True)
        for name in SHIPPED["dampings"]},
+    **{f"elements, {name}": Case("target-a", {**SLIP, "fingertip.damping": {"name": "fung"},
+                                              "fingertip.slip_elements": 5,
+                                              "stepper": {"name": name, "step": 2.5e-4}}, slips=True)
+       for name in ("midpoint", "rk4")},
     "rolling": Case("target-a", STEP),
     "surface": Case("target-a", {**STEP, "fingertip": {"law": "conservative", "radius": 0.010, "contact": "coulomb",
                                                        "friction": 0.42, "static_friction": 0.5}}, slips=True),

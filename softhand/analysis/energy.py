@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.analysis.joint_energy import joint_energy, rotor_energy
 from softhand.assembly.plant import read_plant
 from softhand.assembly.probe import check_states, recorded_scenario, recorded_state
+from softhand.contact.elements import TRIAL
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
 from softhand.numerics.arrays import Array
@@ -147,13 +148,18 @@ def energy_ledger(
         SofthandError: as `build`, where that scenario can no longer be built.
     """
     plant = Plant(plant.world, plant.fingertips, plant.supports) if plant else _recorded_plant(recording)
-    check_states(plant, recording, "joint_torque", "contact_force", *(["support_force"] if plant.supports else []))
+    is_damped = bool(np.any(plant.pads["is_damped"]))
+    needed = [
+        *(["support_force"] if plant.supports else []),
+        *(["element_force"] if plant.n_elements and is_damped else []),
+    ]
+    check_states(plant, recording, "joint_torque", "contact_force", *needed)
     count = len(recording)
     chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
     work = _summed(np.sum(recording.joint_torque[:-1] * moved, axis=1))
     damping = np.zeros(count)
-    if np.any(plant.pads["is_damped"]):
+    if is_damped:
         excess, deformation = np.stack([_beyond_law(recording, plant, k) for k in range(count)], axis=1)
         damping = _summed(np.sum(0.5 * (excess[1:] + excess[:-1]) * np.diff(deformation, axis=0), axis=(1, 2)))
     slip = np.zeros(count)
@@ -243,25 +249,56 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
     world = plant.world
     model, data, q = world.model, world.model.createData(), world.configuration(state.q)
     elastic, relaxing = 0.0, 0.0
-    for tip, contact in zip(plant.materials, plant.contacts, strict=True):
-        stored, left = tip_energy(tip, contact), tip.damping.relaxed()
+    for tip, contact, rows in zip(plant.materials, plant.contacts, plant.elements, strict=True):
+        left = tip.damping.relaxed()
+        parts = _parts(tip, contact, rows)
+        stored = sum(tip_energy(tip, part) for part in parts) / len(parts)
         elastic += stored
         relaxing += stored * (1.0 - left) / left
     kinetic = pin.computeKineticEnergy(model, data, q, world.velocity(state.v)) + rotor_energy(plant, state.v)
     return float(kinetic), float(pin.computePotentialEnergy(model, data, q)), elastic, relaxing
 
 
+def _parts(tip: Contact, contact: np.void, rows: Array) -> list[np.void]:
+    """The contact, or contacts that are all like one of its elements, with the deformation that was recorded."""
+    if tip.elements == 1:
+        return [contact]
+    parts = [contact.copy() for _ in range(tip.elements)]
+    for part, row in zip(parts, rows, strict=False):
+        part["deformation"][1:] = row[TRIAL : TRIAL + 3]
+    return parts
+
+
 def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:
-    """J_delta^T f - F of all contacts at one sample, and their deformation; each of shape (nc, 4)."""
+    """J_delta^T f - F of all contacts at one sample, and their deformation; each of shape (parts, 4).
+
+    A part is a contact, or 1/n of it where it has n elements.
+    """
     _put(recording, plant, sample)
     contacts = plant.contacts
     force = recording.contact_force[sample]
     if plant.supports:
         force = np.concatenate([force, recording.support_force[sample]])
-    touches = contacts["deformation"][:, 0] > 0.0
-    beyond = np.zeros((len(contacts), 4))
-    beyond[:, 0] = force[:, 2]
-    beyond[touches, 1] = (force[:, 0] - contacts["psi_per_x"] * force[:, 3])[touches] / contacts["theta_per_x"][touches]
-    beyond[touches, 2] = force[touches, 1] / contacts["phi_per_y"][touches]
-    beyond[:, 3] = force[:, 3]
-    return beyond - contacts["deformation_force"], contacts["deformation"].copy()
+    beyond, deformation = [], []
+    for i, (tip, contact, rows) in enumerate(zip(plant.materials, contacts, plant.elements, strict=True)):
+        parts = _parts(tip, contact, rows)
+        forces = [force[i]] if len(parts) == 1 else recording.element_force[sample, i]
+        for part, own in zip(parts, forces, strict=False):
+            law = part["deformation_force"] if len(parts) == 1 else _law_force(tip, part)
+            beyond.append((_in_law(part, own) - law) / len(parts))
+            deformation.append(part["deformation"].copy())
+    return np.array(beyond), np.array(deformation)
+
+
+def _in_law(contact: np.void, force: Array) -> Array:
+    """J_delta^T f; the normal force and the torsion alone of a contact that does not touch."""
+    if not contact["deformation"][0] > 0.0:
+        return np.array([force[2], 0.0, 0.0, force[3]])
+    along = (force[0] - contact["psi_per_x"] * force[3]) / contact["theta_per_x"]
+    return np.array([force[2], along, force[1] / contact["phi_per_y"], force[3]])
+
+
+def _law_force(tip: Contact, contact: np.void) -> Array:
+    """F at the deformation of the contact."""
+    bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
+    return np.asarray(tip.law(contact["deformation"], float(contact["angles"][1]), bearing))

@@ -112,6 +112,7 @@ def read_fingertips(
                 static_friction=tip.section.static_friction,
                 torsion_length=tip.section.torsion_length,
                 limit=tip.section.limit,
+                elements=tip.section.slip_elements,
                 face_friction=face_friction,
             )
         )

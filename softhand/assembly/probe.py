@@ -122,13 +122,16 @@ def check_states(plant: Plant, recording: Recording, *names: str) -> None:
     Raises:
         RecordingError: it lacks arrays, or has other numbers of joints, tips or supports than its scenario.
     """
-    missing = [name for name in (*_STATE, *names) if name not in recording.variables]
+    elements = ["element_deformation"] if plant.n_elements else []
+    missing = [name for name in (*_STATE, *elements, *names) if name not in recording.variables]
     if missing:
         raise RecordingError(f"The recording lacks {', '.join(missing)}; compute the run anew.", file=None)
     world = plant.world
     counts = {"joint": world.n_joints, "contact": world.n_tips}
     if "support" in recording.labels:
         counts["support"] = len(plant.contacts) - world.n_tips
+    if plant.n_elements:
+        counts["element"] = plant.n_elements
     for dim, count in counts.items():
         if len(recording.labels[dim]) != count:
             raise RecordingError(
@@ -151,7 +154,13 @@ def recorded_state(plant: Plant, recording: Recording, sample: int) -> State:
     z[: world.n_tips, :3] = recording.deformation[sample, :, 1:]
     if plant.supports and "support_deformation" in recording.variables:
         z[world.n_tips :, :3] = recording.support_deformation[sample, :, 1:]
-    for memory, fingertip, dr in zip(z, plant.fingertips, recording.deformation[sample, :, 0], strict=False):
-        if fingertip.law.coordinates == "surface":
-            memory[:2] *= fingertip.law.radius - dr  # recorded as angles s / R
+    block = int(plant.pads["block"][0])
+    for i, (fingertip, dr) in enumerate(zip(plant.fingertips, recording.deformation[sample, :, 0], strict=True)):
+        is_surface = fingertip.law.coordinates == "surface"
+        for element in range(fingertip.elements):
+            stored = z[i, element * block : element * block + 3]
+            if fingertip.elements > 1:
+                stored[:] = recording.element_deformation[sample, i, element]
+            if is_surface:
+                stored[:2] *= fingertip.law.radius - dr  # recorded as angles s / R
     return State(q, v, z)

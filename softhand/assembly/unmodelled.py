@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from softhand.contact.pads import Fingertip
 from softhand.errors import ScenarioError
 from softhand.model.joint_mechanics import JointMechanics
 from softhand.simulation.actuation import Actuation
@@ -48,6 +49,25 @@ def must_model(
             f"actuation.servo: {tool} does not know servos, which feed back between controller and joints; look at a "
             "run, or leave the section [actuation.servo] out.",
             key="actuation.servo", value=actuation.servos.kind,
+        )  # fmt: skip
+
+
+def must_slip_as_a_whole(tool: str, fingertips: Iterable[Fingertip]) -> None:
+    """Nothing, if no contact has elements that slip by themselves, whose slopes jump from load to unload.
+
+    Args:
+        tool: in words, as the begin of a sentence.
+        fingertips: of the plant.
+
+    Raises:
+        ScenarioError: one has.
+    """
+    most = max(fingertip.elements for fingertip in fingertips)
+    if most > 1:
+        raise ScenarioError(
+            f"fingertip.slip_elements: {tool} knows contacts that slip as a whole, not by {most} elements; look at a "
+            "run, or set fingertip.slip_elements = 1.",
+            key="fingertip.slip_elements", value=most,
         )  # fmt: skip
 
 

@@ -35,7 +35,8 @@ def must_fit(scenarios: Sequence[Scenario], keeps: Sequence[Keep]) -> None:
 
 def _bytes(scenario: Scenario, keep: Keep) -> int:
     tips = len(scenario.hand.names)
-    further = {**_FURTHER, "taxel": scenario.tactile.count // tips + 1 if scenario.tactile else 0}
+    most = max(scenario.fingertip.at(tip).slip_elements for tip in scenario.hand.names)
+    further = {**_FURTHER, "element": most, "taxel": scenario.tactile.count // tips + 1 if scenario.tactile else 0}
     numbers = 0
     for name in ("joint_torque", *keep.variables):
         dims = VARIABLES[name].dims[1:]

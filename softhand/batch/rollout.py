@@ -73,7 +73,7 @@ def rollout(
     names = tuple(variables)
     keeps = [Keep.of(names, every, scenario.control_period) for scenario in scenarios]
     for each in scenarios:
-        check_variables("variables", names, each.sensing, each.actuation, each.tactile)
+        check_variables("variables", names, each.sensing, each.actuation, each.tactile, each.fingertip.has_elements)
     count = thread_count(threads)
     must_fit(scenarios, keeps)
     series, stop = Series(base, controller, law), Event()

@@ -195,7 +195,8 @@ class CompiledRun:
         """Memory of the observation, of what the controller sees and of the commanded torques."""
         world = self.plant.world
         size = room(Sizes(world.n_joints, world.nq, world.n_tips, len(self.plant.supports),
-                          len(contact_pairs(world.n_tips)), self.plant.n_taxels))  # fmt: skip
+                          len(contact_pairs(world.n_tips)), self.plant.n_taxels, self.plant.n_shares,
+                          self.plant.n_elements))  # fmt: skip
         return np.zeros(size if setup.sensing is None and setup.actuation is None else 2 * size + world.n_joints)
 
     def _observe(self) -> Observation:
@@ -313,6 +314,7 @@ class CompiledRun:
         self.plant.at[0] = np.nan
         for name in TOTALS:
             self.plant.contacts[name] = 0
+        self.plant.elements[...] = 0.0
 
     def _straight_code(self) -> list[Addressed | None]:
         """Straight code for all that there can be, put into its place."""

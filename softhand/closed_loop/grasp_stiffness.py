@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand.assembly.unmodelled import must_slip_as_a_whole
 from softhand.closed_loop.feedback import Feedback, differentiate
 from softhand.closed_loop.object_tangent import about_couples, inverse, length_of, principal, tangent
 from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start, held_state
@@ -155,6 +156,7 @@ def grasp_stiffness(
         RecordingError: the recording is empty or does not reach to `at`, or its scenario cannot be read.
     """
     start = _start(source, at, state)
+    must_slip_as_a_whole("The stiffness of a grasp", start.probe.plant.fingertips)
     plant, world, state = start.probe.plant, start.probe.plant.world, start.state
     springs = _springs(joints, world.joint_names)
     still = State(state.q, np.zeros_like(state.v), state.z)

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from softhand.assembly.unmodelled import must_model
+from softhand.assembly.unmodelled import must_model, must_slip_as_a_whole
 from softhand.contact.damping import relaxation_rate
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
@@ -62,6 +62,7 @@ def linearize_plant(plant: Plant, state: State, torque: Array) -> LinearModel:
         ScenarioError: joints have dry friction.
     """
     must_model("A linear model", plant.world.mechanics)
+    must_slip_as_a_whole("A linear model", plant.fingertips)
     nv, n, remembered = len(state.v), len(torque), is_memory(plant)
     forgetting = np.zeros_like(state.z)
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from softhand.assembly.instruments import read_actuation
 from softhand.assembly.parts import read_controller
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
-from softhand.assembly.unmodelled import must_model
+from softhand.assembly.unmodelled import must_model, must_slip_as_a_whole
 from softhand.closed_loop.gains import Gains, read_gains
 from softhand.closed_loop.invariant_set import InvariantSeries, examine
 from softhand.closed_loop.storage import Storage, evaluate
@@ -178,6 +178,7 @@ def lyapunov(recording: Recording, every: int = 20, progress: Callable[[float], 
     world = probe.plant.world
     drives = read_actuation(scenario, world, read_controller(scenario))
     must_model("The proof of Theorem 1", world.mechanics, drives, ("damping", "friction", "stop_stiffness"))
+    must_slip_as_a_whole("The proof of Theorem 1", probe.plant.fingertips)
     check_states(probe.plant, recording, "joint_torque", "internal_force")
     gains = read_gains(scenario, probe.plant.world.n_joints, recording.internal_force.shape[1])
     parts: list[Storage] = []

@@ -13,8 +13,9 @@ from softhand.assembly.plant import read_grasp, read_supports, read_world
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.taxels import read_taxels
-from softhand.assembly.unmodelled import must_model
-from softhand.closed_loop.linearize import is_memory
+from softhand.assembly.unmodelled import must_model, must_slip_as_a_whole
+from softhand.contact.elements import LAW
+from softhand.contact.records import REMEMBERED, STORED
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
@@ -51,6 +52,7 @@ class HeldStart:
     def must_be_known(self, tool: str) -> None:
         """Refuse dry friction and servos for a tool that takes controller and plant alone, as `must_model`."""
         must_model(tool, self.probe.plant.world.mechanics, self.actuation)
+        must_slip_as_a_whole(tool, self.probe.plant.fingertips)
 
 
 def held_start(scenario: Scenario, laws: Law | Sequence[Law] | None = None, world: World | None = None) -> HeldStart:
@@ -190,6 +192,9 @@ def resting_since(motion: Motion, time: float) -> float | None:
 def relax_memory(plant: Plant, state: State) -> None:
     """What relaxing dampings remember as it is where a state has lasted, in place."""
     plant.update(state.q, state.v, state.z)
-    which = is_memory(plant)
-    force = np.tile(plant.contacts["deformation_force"], -(-plant.n_memory // 4) + 1)
-    state.z[which] = np.roll(force, 3, axis=1)[:, : plant.n_memory][which]
+    for pad, contact, rows, memory in zip(plant.pads, plant.contacts, plant.elements, state.z, strict=True):
+        n, count = int(pad["elements"]), int(pad["relaxations"])
+        forces = [contact["deformation_force"]] if n == 1 else rows[:n, LAW : LAW + REMEMBERED]
+        for element, force in enumerate(forces):
+            first = element * int(pad["block"]) + STORED
+            memory[first : first + REMEMBERED * count] = np.tile(force, count)

@@ -40,8 +40,13 @@ def answer(pad, contact):
 
 
 @compiled
-def normal_force(contact):
-    """f_z of material and dashpot together, without pull, for the limit of friction [N]; after `answer`."""
+def normal_force(pad, contact):
+    """f_z of material and dashpot together, without pull, for the limit of friction [N]; after `answer`.
+
+    Of an element that of the whole contact, of which its limit is a share.
+    """
+    if pad.elements > 1:
+        return contact.pressed
     normal = contact.elastic[2] + contact.dashpot[2] * contact.pressing_rate
     return 0.0 if seldom(normal < 0.0) else normal
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
-from softhand.contact.answer import answer, normal_force
+from softhand.contact.answer import normal_force
+from softhand.contact.elements import LAW, rows_at
 from softhand.contact.limit import limit_use
+from softhand.contact.records import REMEMBERED, STORED
 from softhand.contact.scaled import traction
-from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
+from softhand.contact.slip import ROUNDED, slip_velocity
 from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
@@ -24,7 +26,7 @@ def recall(pad, contact, memory, lead):
     Args:
         pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`, after `place_contact`.
-        memory: row of z; w of each relaxation, four numbers each, from the fourth on.
+        memory: row of z, or from the block of an element on; w of each relaxation behind the displacement.
         lead: w is taken so much later [s], with F as it then is.
     """
     recalled = contact.recalled
@@ -32,10 +34,10 @@ def recall(pad, contact, memory, lead):
     contact.dashpot[:] = 0.0
     contact.kept = 1.0
     recalled[:] = 0.0
-    for k in range((memory.shape[0] - 3) // 4):
+    for k in range(pad.relaxations):
         share, rate = pad.relaxation[k, 0], pad.relaxation[k, 1]
         left = math.exp(-rate * lead)
-        first = 3 + 4 * k
+        first = STORED + REMEMBERED * k
         contact.kept -= share * (1.0 - left)
         torsion = share * left * memory[first + 3]
         recalled[0] += contact.theta_per_x * share * left * memory[first + 1] + contact.psi_per_x * torsion
@@ -65,7 +67,7 @@ def press(pad, contact):
             force[2] = 0.0
     if not has_limit:
         return False
-    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(contact))
+    contact.limit_surface_use = limit_use(contact, traction(contact), contact.grip * normal_force(pad, contact))
     return not usually(contact.limit_surface_use <= 1.0 + ROUNDED)
 
 
@@ -89,7 +91,7 @@ def react(pad, contact):
     if not press(pad, contact):
         return False
     force, dashpot, lever = contact.force, contact.dashpot, contact.lever
-    room = contact.grip * normal_force(contact)
+    room = contact.grip * normal_force(pad, contact)
     yields = room > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0
     if yields:
         y = slip_velocity(contact, room)
@@ -107,26 +109,6 @@ def react(pad, contact):
 
 
 @compiled
-def slide(pads, contacts, step):
-    """Slip with dashpots over a step that ends at the last evaluation, for steppers that evaluate without a lead.
-
-    Such an evaluation finds the force after what slips at once. Over a step the dashpots have a say in it.
-    """
-    for i in range(contacts.shape[0]):
-        contact, slip = contacts[i], contacts[i].slip
-        rate, dashpot = contact.slip_rate, contact.dashpot
-        if rate[0] == 0.0 and rate[1] == 0.0 and rate[2] == 0.0:
-            continue
-        if step > 0.0 and dashpot[0] + dashpot[1] + dashpot[3] > 0.0:
-            for k in range(3):
-                contact.deformation[1 + k] += slip[k]
-                slip[k] = 0.0
-            answer(pads[i], contact)
-            slip_to_limit(pads[i], contact, step)
-            react(pads[i], contact)
-
-
-@compiled
 def relax(pads, contacts, step, z):
     """w of each relaxation for h on, towards the forces of the last evaluation; exact if these are constant."""
     for i in range(contacts.shape[0]):
@@ -136,18 +118,45 @@ def relax(pads, contacts, step, z):
 @compiled
 def relax_contact(pad, contact, step, memory):
     """One row of `relax`, likewise."""
-    for k in range((memory.shape[0] - 3) // 4):
+    for k in range(pad.relaxations):
         share = -math.expm1(-pad.relaxation[k, 1] * step)
-        for j in range(4):
-            memory[3 + 4 * k + j] += share * (contact.deformation_force[j] - memory[3 + 4 * k + j])
+        first = STORED + REMEMBERED * k
+        if pad.elements == 1:
+            for j in range(REMEMBERED):
+                memory[first + j] += share * (contact.deformation_force[j] - memory[first + j])
+        else:
+            rows = rows_at(pad.element_rows, pad.elements)
+            for element in range(pad.elements):
+                for j in range(REMEMBERED):
+                    memory[first + j] += share * (rows[element, LAW + j] - memory[first + j])
+                first += pad.block
+
+
+@compiled
+def memory_rate(pads, contacts, z, z_rate):
+    """z', after an evaluation: the rate of the deformation, if nothing slips, and `relaxation_rate`."""
+    for i in range(contacts.shape[0]):
+        for k in range(z.shape[1]):
+            z_rate[i, k] = 0.0
+        for element in range(pads[i].elements):
+            for k in range(STORED):
+                z_rate[i, element * pads[i].block + k] = contacts[i].deformation_rate[1 + k]
+    relaxation_rate(pads, contacts, z, z_rate)
 
 
 @compiled
 def relaxation_rate(pads, contacts, z, z_rate):
-    """w_k' = nu_k (F - w_k), into the columns of z_rate from the fourth on."""
+    """w_k' = nu_k (F - w_k), into their columns of z_rate."""
     for i in range(contacts.shape[0]):
-        for k in range((z.shape[1] - 3) // 4):
-            for j in range(4):
-                column = 3 + 4 * k + j
-                rate = pads[i].relaxation[k, 1]
-                z_rate[i, column] = rate * (contacts[i].deformation_force[j] - z[i, column])
+        pad = pads[i]
+        for k in range(pad.relaxations):
+            rate, first = pad.relaxation[k, 1], STORED + REMEMBERED * k
+            if pad.elements == 1:
+                for j in range(REMEMBERED):
+                    z_rate[i, first + j] = rate * (contacts[i].deformation_force[j] - z[i, first + j])
+            else:
+                rows = rows_at(pad.element_rows, pad.elements)
+                for element in range(pad.elements):
+                    for j in range(REMEMBERED):
+                        z_rate[i, first + j] = rate * (rows[element, LAW + j] - z[i, first + j])
+                    first += pad.block

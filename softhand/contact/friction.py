@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from softhand.contact.elements import BEFORE, DISPLACEMENT, FORCE, RATE, SLIP, rows_at
 from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
@@ -62,6 +63,9 @@ def note_slip_of(pad, contact, memory, step):
     """One row of `note_slip`, likewise."""
     if not pad.can_slip:
         return
+    if pad.elements > 1:
+        _note_slip_of_elements(pad, contact, memory, step)
+        return
     slip, rate, f, before = contact.slip, contact.slip_rate, contact.force, contact.force_before
     for k in range(3):
         memory[k] = contact.deformation[1 + k]
@@ -85,3 +89,45 @@ def note_slip_of(pad, contact, memory, step):
         if usually(step > 0.0):
             contact.slip_speed[k] = slip[k] / step
         slip[k], before[k] = 0.0, now[k]
+
+
+@compiled
+def _note_slip_of_elements(pad, contact, memory, step):
+    """`note_slip_of` for each element, which loses 1/n of what a contact like it would; all that slip are a slip."""
+    n = pad.elements
+    rows = rows_at(pad.element_rows, n)
+    lost, sliding = 0.0, 0
+    for element in range(n):
+        row, first = rows[element], element * pad.block
+        now = _force_in_law(contact, row[FORCE], row[FORCE + 1], row[FORCE + 2], row[FORCE + 3])
+        moves = False
+        for k in range(3):
+            slip = row[SLIP + k]
+            moves = moves or slip != 0.0 or row[RATE + k] != 0.0
+            lost += 0.5 * (row[BEFORE + k] + now[k]) * slip
+            memory[first + k] = row[DISPLACEMENT + k]
+            row[SLIP + k], row[BEFORE + k] = 0.0, now[k]
+        if moves:
+            sliding += 1
+    f, slip = contact.force, contact.slip
+    contact.slip_loss += lost / n
+    contact.is_slipping = 1 if sliding == n and f[2] > 0.0 else 0
+    if pad.slip_column >= 0:
+        memory[pad.slip_column] = contact.is_slipping
+    if contact.is_slipping:
+        along_x = slip[0] / contact.theta_per_x
+        contact.slip_travel += math.hypot(along_x, slip[1] / contact.phi_per_y)
+        contact.slip_twist += abs(slip[2] - contact.psi_per_x * along_x)
+    now = _force_in_law(contact, f[0], f[1], f[2], f[3])
+    for k in range(3):
+        if step > 0.0:
+            contact.slip_speed[k] = slip[k] / step
+        slip[k], contact.force_before[k] = 0.0, now[k]
+
+
+@compiled
+def _force_in_law(contact, x, y, z, torsion):
+    """J_delta^T of a force, without dr; nothing of one that does not press."""
+    if not z > 0.0:
+        return 0.0, 0.0, 0.0
+    return (x - contact.psi_per_x * torsion) / contact.theta_per_x, y / contact.phi_per_y, torsion

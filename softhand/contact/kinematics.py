@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.contact.address import call
-from softhand.contact.damping import react
+from softhand.contact.sliders import react_again
 from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
 
@@ -89,16 +89,19 @@ def move_contacts(pads, columns, contacts, jacobian, v):
         relative_velocity(columns[i], jacobian[i], v, contact.velocity)
         deformation_rate(contact, contact.velocity, contact.deformation_rate)
         contact.pressing_rate = contact.velocity[2]
-        react(pads[i], contact)
+        react_again(pads[i], contact)
 
 
 @compiled
 def integrate_memory(pads, columns, contacts, jacobian, v, step, z):
-    """z[:, :3] += h z'(v), with the contact frames of the last evaluation; sets the velocities at v."""
+    """z += h z'(v) but for what relaxes, with the frames of the last evaluation; sets the velocities at v."""
     move_contacts(pads, columns, contacts, jacobian, v)
     for i in range(contacts.shape[0]):
-        for k in range(3):
-            z[i, k] += step * contacts[i].deformation_rate[1 + k]
+        first = 0
+        for _ in range(pads[i].elements):
+            for k in range(3):
+                z[i, first + k] += step * contacts[i].deformation_rate[1 + k]
+            first += pads[i].block
 
 
 @compiled

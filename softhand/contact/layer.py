@@ -6,10 +6,22 @@ import math
 
 from softhand.contact.answer import answer, answer_stiffness
 from softhand.contact.damping import press, react, recall
+from softhand.contact.elements import (
+    DAMPING,
+    MULTIPLIER,
+    SLIPS,
+    STIFFNESS,
+    SUMS,
+    get_element,
+    let_go_of_elements,
+    rows_at,
+    sum_elements,
+)
 from softhand.contact.friction import has_slid, set_friction
 from softhand.contact.geometry import find_nearest, place_contact, roll_stiffness
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
 from softhand.contact.limit import set_limit
+from softhand.contact.sliders import all_slip, slip_elements, try_elements
 from softhand.contact.slip import slip_to_limit
 from softhand.contact.tangent import stiffness_while_slipping
 from softhand.numerics.branches import seldom, usually
@@ -69,20 +81,25 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
         contact.deformation[1 + k] = memory[k] + lead * contact.deformation_rate[1 + k]
     if pad.can_slip and seldom(contact.deformation[0] <= 0.0):
         _let_go(contact)
+        if pad.elements > 1:
+            let_go_of_elements(pad, contact, memory, lead)
         return
-    _respond(pad, contact, memory, lead, with_stiffness)
+    if pad.elements > 1:
+        respond_by_elements(pad, contact, memory, lead, with_stiffness)
+    else:
+        _respond(pad, contact, memory, lead, with_stiffness)
     if with_stiffness and pad.semi_axes[0] > 0.0:
         roll_stiffness(pad, pose, contact)
 
 
 @compiled
 def _respond(pad, contact, memory, lead, with_stiffness):
-    """Force, slip and stiffness at the deformation and the velocity of a contact.
+    """Force, slip and stiffness at the deformation and the velocity of a contact that slips as a whole.
 
     A tip slips when its whole force, viscosity included, is beyond the limit of the whole normal force: for as long as
     the step of a stepper that asks in the middle of it, twice the lead, or at once.
     """
-    slip, stiffness, damping, m = contact.slip, contact.stiffness, contact.damping, 0.0
+    slip, m = contact.slip, 0.0
     slip[0], slip[1], slip[2] = 0.0, 0.0, 0.0
     # the material, as if nothing slipped
     if pad.is_damped:
@@ -98,9 +115,52 @@ def _respond(pad, contact, memory, lead, with_stiffness):
         contact.grip = contact.friction
         m = slip_to_limit(pad, contact, 2.0 * lead)
         react(pad, contact)
+    _look_ahead(pad, contact, lead, slips, m, with_stiffness)
+
+
+@compiled
+def respond_by_elements(pad, contact, memory, lead, with_stiffness):
+    """`_respond` of a contact whose elements slip by themselves.
+
+    The static coefficient holds until all of them slip.
+    """
+    set_limit(pad, contact)
+    try_elements(pad, contact, memory, lead)
+    mu = contact.friction
+    if pad.slip_column >= 0 and not has_slid(pad, memory) and not all_slip(pad, contact, contact.static_friction):
+        mu = contact.static_friction
+    slip_elements(pad, contact, mu, 2.0 * lead)
+    # d force / d velocity, d force / d displacement
+    n = pad.elements
+    rows = rows_at(pad.element_rows, n)
+    sums = rows[n]
+    for k in range(SUMS):
+        sums[k] = 0.0
+    for element in range(n):
+        row = rows[element]
+        get_element(contact, row)
+        if with_stiffness:
+            answer(pad, contact)
+        _look_ahead(pad, contact, lead, row[SLIPS] > 0.0, row[MULTIPLIER], with_stiffness)
+        for i in range(4):
+            sums[DAMPING + i] += contact.damping[i]
+            if with_stiffness:
+                for j in range(4):
+                    sums[STIFFNESS + 4 * i + j] += contact.stiffness[i, j]
+    sum_elements(pad, contact, mu)
+    for i in range(4):
+        contact.damping[i] = sums[DAMPING + i] / n
+        if with_stiffness:
+            for j in range(4):
+                contact.stiffness[i, j] = sums[STIFFNESS + 4 * i + j] / n
+
+
+@compiled
+def _look_ahead(pad, contact, lead, slips, m, with_stiffness):
+    """d force / d velocity and, if asked, d force / d displacement, with m of `slip_to_limit` where it slips."""
+    stiffness, damping = contact.stiffness, contact.damping
     if not usually(math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3])):
         _blame_law(pad, contact)
-    # d force / d velocity, d force / d displacement
     for k in range(4):
         damping[k] = contact.dashpot[k]
     pulls = pad.is_damped and usually(contact.is_damped > 0) and seldom(contact.force[2] <= 0.0)

@@ -25,8 +25,10 @@ from softhand.contact.records import (
     OWN_PRESSURE,
     PAD,
     PLANE,
+    REMEMBERED,
     SIDE,
     SOLID,
+    STORED,
 )
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
@@ -58,6 +60,8 @@ class Fingertip:
     torsion_length: float | None = None
     """tau_max / (mu f_z) [m]; None: from the pressure of the law."""
     limit: Limit = "exact"
+    elements: int = 1
+    """How many slip by themselves, see `elements`; 1: the contact slips as a whole."""
     face_friction: tuple[float, ...] = ()
     """mu on the faces +x, -x, +y, -y, +z, -z of a box in place of `friction`; 0 where that holds; empty: nowhere."""
 
@@ -137,6 +141,7 @@ class Support:
     """tau_max / (mu f_z) over the radius of the contact, of a pressure that is not that of columns."""
 
     can_slip = True
+    elements = 1
 
     @property
     def holds_longer(self) -> bool:
@@ -147,10 +152,15 @@ class Support:
 Contact = Fingertip | Support
 
 
+def block_size(contacts: Sequence[Contact]) -> int:
+    """Numbers of each element of a contact in z of a `State`: its displacement, then those of each relaxation."""
+    return STORED + REMEMBERED * max(len(contact.damping.relaxation()) for contact in contacts)
+
+
 def memory_size(contacts: Sequence[Contact]) -> int:
-    """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
-    relaxations = max(len(contact.damping.relaxation()) for contact in contacts)
-    return 3 + 4 * relaxations + any(contact.holds_longer for contact in contacts)
+    """Numbers of each contact in z of a `State`: a block for each element, one more for slip."""
+    blocks = max(contact.elements for contact in contacts)
+    return blocks * block_size(contacts) + any(contact.holds_longer for contact in contacts)
 
 
 def contact_columns(
@@ -195,13 +205,14 @@ def build_pads(
         LawError: a law or a damping has more numbers than fit.
     """
     pads = np.zeros(len(fingertips) + len(supports), PAD)
-    n_memory = memory_size([*fingertips, *supports])
+    every: list[Contact] = [*fingertips, *supports]
+    n_memory, block = memory_size(every), block_size(every)
     for pad, tip, fingertip in zip(pads, world.tips, fingertips, strict=False):
         pad["joint"], pad["rotation"], pad["position"] = tip.joint, tip.rotation, tip.position
         pad["base"], pad["radius"] = world.object_joint, fingertip.law.radius
         _set_face(pad, fingertip.face)
         _set_solid(pad, world.shape, fingertip.can_slip or fingertip.face.is_curved)
-        _set_material(pad, fingertip, code[fingertip.law], n_memory)
+        set_material(pad, fingertip, code[fingertip.law], n_memory)
         pad["torsion_share"] = fingertip.law.torsion_share or 0.0
         choose_limit(pad, fingertip.limit, fingertip.law.torsion_share)
         pad["has_faces"], pad["face_friction"] = any(fingertip.face_friction), fingertip.face_friction or 0.0
@@ -212,9 +223,10 @@ def build_pads(
         pad["semi_axes"] = support.semi_axes or 0.0
         pad["is_edge"], pad["half_length"], pad["way"] = support.edge > 0.0, support.edge, support.way
         _set_shape(pad, world, support)
-        _set_material(pad, support, code[support.law], n_memory)
+        set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
         choose_limit(pad, support.limit, support.kappa or support.law.torsion_share)
+    pads["elements"], pads["block"] = [contact.elements for contact in every], block
     pads["first_twist"] = [world.view(*bodies) for bodies in _bodies_of(world, supports)]
     return pads
 
@@ -249,7 +261,7 @@ def _set_solid(pad: np.void, shape: Shape, as_it_is: bool = True) -> None:
         pad["box_rotation"], pad["box_centre"], pad["box_half"] = shape.rotation, shape.centre, shape.half
 
 
-def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: int) -> None:
+def set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: int) -> None:
     """All that does not depend on where the contact is."""
     law, name = contact.law, type(contact.law).__name__
     if len(code.parameters) > MAX_LAW_PARAMETERS:
@@ -278,6 +290,7 @@ def choose_limit(pad: np.void, limit: Limit, kappa: float | None) -> None:
 def _set_damping(pad: np.void, damping: Damping) -> None:
     pad["viscosity"], pad["viscosity_per_force"] = damping.viscosity(), damping.viscosity_per_force()
     pairs = damping.relaxation()
+    pad["relaxations"] = len(pairs)
     if len(pairs) > MAX_RELAXATIONS:
         raise LawError(
             f"damping '{type(damping).__name__}' has {len(pairs)} relaxations; at most {MAX_RELAXATIONS} fit.",

@@ -19,6 +19,10 @@ MAX_LAW_PARAMETERS = 64
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 
+STORED, REMEMBERED = 3, 4
+"""Numbers in z of an element of a contact, or of a contact as a whole: its displacement, and behind it those of each
+relaxation."""
+
 PLANE, SOLID, BALL, SIDE = range(4)
 """What the base of a contact is shaped like; a side is a plane as far as a solid reaches that it bounds."""
 
@@ -46,6 +50,9 @@ PAD = np.dtype(
         ("has_faces", np.int64),  # whether faces of the box have a friction of their own
         ("face_friction", np.float64, 6),  # mu on +x, -x, +y, ... of the box; 0: that of the tip
         ("slip_column", np.int64),  # column of z that is 1 while the tip slips; -1 if mu is one number
+        ("elements", np.int64),  # that slip by themselves, see `elements`; 1: the contact slips as a whole
+        ("element_rows", np.int64),  # address for `elements.rows_at`; 0 where it slips as a whole
+        ("block", np.int64),  # numbers in z from one element to the next
         ("torsion_length", np.float64),  # tau_max / (mu f_z) [m] as given, or 0
         ("torsion_share", np.float64),  # the same over sqrt(r dr), or 0 for the pressure of columns
         ("limit", np.int64),  # ELLIPSE, COLUMNS or OWN_PRESSURE
@@ -69,6 +76,7 @@ PAD = np.dtype(
         ("is_damped", np.int64),
         ("viscosity", np.float64, 3),  # radial, tangential [N s/m], torsional [N m s/rad]
         ("viscosity_per_force", np.float64, 3),  # the same over the normal force
+        ("relaxations", np.int64),  # how many there are
         ("relaxation", np.float64, (MAX_RELAXATIONS, 2)),  # share, rate [1/s]; the rows in use come first
     ]
 )
@@ -113,7 +121,9 @@ CONTACT = np.dtype(
         ("slip_speed", np.float64, 3),  # what slip took from them in the last step, per time
         ("force_before", np.float64, 3),  # force where slip was last made final, in the coordinates of the law
         ("limit_surface_use", np.float64),
-        ("is_slipping", np.int64),  # whether the last step slipped
+        ("pressed", np.float64),  # normal force that its elements share, if it has some [N]
+        ("slipped_share", np.float64),  # of the area, whose elements are at their limit; 0 without elements
+        ("is_slipping", np.int64),  # whether the last step slipped, all of the contact
         ("slip_travel", np.float64),  # since the start [m]
         ("slip_twist", np.float64),  # since the start [rad]
         ("slip_loss", np.float64),  # work of friction since the start [J]

@@ -91,7 +91,7 @@ def slip_to_limit(pad, contact, duration):
         dash = D[0] / duration, D[1] / duration, D[3] / (lever * lever * duration)
         push = D[0] * v[0], D[1] * v[1], D[3] * v[3] / lever
         m = _return(pad, contact, Trial(displacement_of(contact), push, dash, least))
-    if not limit_use(contact, material_force(contact), contact.grip * normal_force(contact)) <= 1.0 + ROUNDED:
+    if not limit_use(contact, material_force(contact), contact.grip * normal_force(pad, contact)) <= 1.0 + ROUNDED:
         m = _return(pad, contact, Trial(displacement_of(contact), _ZERO, _ZERO, least))
     contact.slip[0] += first - contact.deformation[1]
     contact.slip[1] += second - contact.deformation[2]
@@ -108,7 +108,7 @@ def _return(pad, contact, trial):
     to the end, as with a normal force that depends much on the shear, it begins from x0 cut back in proportion, and
     there it stays if that does not either; at x0 if the force is no number there, for that is then the law's fault.
     """
-    use = limit_use(contact, moved(material_force(contact), 1.0, trial.push), contact.grip * normal_force(contact))
+    use = limit_use(contact, moved(material_force(contact), 1.0, trial.push), contact.grip * normal_force(pad, contact))
     m, x = _guess_linear(pad, contact, trial, use < _NEAR)
     found, m = _closest_point(pad, contact, trial, m, x)
     if not found:
@@ -131,7 +131,7 @@ def _closest_point(pad, contact, trial, m, x):
     for _ in range(_MOST_STEPS):
         # how far off
         s = _force(pad, contact, trial, x)
-        normal = contact.grip * normal_force(contact)
+        normal = contact.grip * normal_force(pad, contact)
         room = max(normal, trial.least)
         H, e, by_s = limit_of(contact.curve, s)
         use, y = math.sqrt(H) / room, moved(trial.x0, -1.0, x)
@@ -145,7 +145,7 @@ def _closest_point(pad, contact, trial, m, x):
             answer_stiffness(pad, contact)
             K = with_diagonal(stiffness_of(contact), trial.dash)
             by_x = times_number(1.0 / (math.sqrt(H) * room), transposed_times(K, e))
-            if normal > trial.least:
+            if pad.elements == 1 and normal > trial.least:
                 by_x = moved(by_x, -contact.grip * use / room, normal_stiffness_of(contact))
             dx, dm = _newton_step(K, e, by_s, by_x, off, use, m)
         elif gap == math.inf:
@@ -175,7 +175,7 @@ def _guess_linear(pad, contact, trial, from_trial):
     K = with_diagonal(stiffness_of(contact), trial.dash)
     if not from_trial:
         s = moved(s, 1.0, times(K, x0))
-    return _guess_round(contact, K, s, x0, max(contact.grip * normal_force(contact), trial.least))
+    return _guess_round(contact, K, s, x0, max(contact.grip * normal_force(pad, contact), trial.least))
 
 
 @compiled
@@ -209,21 +209,21 @@ def _guess_in_proportion(pad, contact, trial):
     x = _ZERO
     for _ in range(_MOST_STEPS):
         s = _force(pad, contact, trial, x)
-        if limit_use(contact, s, contact.grip * normal_force(contact)) < _CLOSE:
+        if limit_use(contact, s, contact.grip * normal_force(pad, contact)) < _CLOSE:
             break
         answer_stiffness(pad, contact)
         ahead = moved(x, -1.0, solved(with_diagonal(stiffness_of(contact), trial.dash), s))
         if not length(ahead) < math.inf:
             break
         x = ahead
-    if not limit_use(contact, _force(pad, contact, trial, x), contact.grip * normal_force(contact)) <= 1.0:
+    if not limit_use(contact, _force(pad, contact, trial, x), contact.grip * normal_force(pad, contact)) <= 1.0:
         x = _ZERO
     # how far from there towards x0, by bisection
     low, high, way = 0.0, 1.0, moved(trial.x0, -1.0, x)
     for _ in range(_MOST_HALVINGS):
         middle = 0.5 * (low + high)
         s = _force(pad, contact, trial, moved(x, middle, way))
-        if limit_use(contact, s, contact.grip * normal_force(contact)) <= 1.0:
+        if limit_use(contact, s, contact.grip * normal_force(pad, contact)) <= 1.0:
             low = middle
         else:
             high = middle

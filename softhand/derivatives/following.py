@@ -220,7 +220,7 @@ def _returned(followed: Followed, where: tuple[Solver, int, int], pad: Any, cont
     m, x = _solved(followed, where, [*trial.x0, *trial.push, *trial.dash, trial.least], 0)
     on = followed.on_symbols
     s = on(_force)(pad, contact, trial, x)
-    normal = contact.grip * on(normal_force)(contact)
+    normal = contact.grip * on(normal_force)(pad, contact)
     presses = normal > trial.least
     room = normal if presses else trial.least
     H, e, by_s = on(limit_of)(contact.curve, s)

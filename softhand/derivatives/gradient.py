@@ -12,7 +12,7 @@ import numpy as np
 
 from softhand.assembly.parts import read_controller, read_stepper, written
 from softhand.assembly.resolve import Setup
-from softhand.assembly.unmodelled import must_model, must_not_feel
+from softhand.assembly.unmodelled import must_model, must_not_feel, must_slip_as_a_whole
 from softhand.assembly.variations import Variations
 from softhand.batch.asked import Asked
 from softhand.batch.run import CompiledRun
@@ -142,6 +142,7 @@ class _Work:
         self.setup = self.variations.setup
         mechanics, drives = self.setup.world.mechanics, self.setup.actuation
         must_model("A gradient", mechanics, drives, ("damping", "friction", "stop_stiffness"))
+        must_slip_as_a_whole("A gradient", self.setup.fingertips)
         if drives is not None:
             raise ScenarioError(
                 "hand.joints.velocity_limit: a gradient is that of a run with ideal drives; leave the limit out.",

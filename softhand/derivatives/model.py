@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.assembly.unmodelled import must_slip_as_a_whole
 from softhand.closed_loop.linearize import is_memory
 from softhand.derivatives.period import Moves, run_moves
 from softhand.model.configuration import ADDITIVE, CONTINUOUS
@@ -60,6 +61,7 @@ class PeriodModel:
         straight: bool,
     ) -> None:
         self.plant = plant
+        must_slip_as_a_whole("A linear model", plant.fingertips)
         self.remembered = remembered_in(plant)
         nq, nv, n = plant.world.nq, plant.world.nv, plant.world.n_joints
         self.n_states = 2 * nv + len(self.remembered)

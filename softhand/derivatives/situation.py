@@ -14,7 +14,7 @@ from softhand.assembly.build import assemble
 from softhand.assembly.parts import read_start
 from softhand.assembly.probe import Probe, check_states, recorded_scenario, recorded_state
 from softhand.assembly.resolve import Setup, resolve
-from softhand.assembly.unmodelled import must_model, must_not_feel
+from softhand.assembly.unmodelled import must_model, must_not_feel, must_slip_as_a_whole
 from softhand.closed_loop.start import relax_memory
 from softhand.controllers.controller import Controller
 from softhand.controllers.formula import fields_read
@@ -116,6 +116,7 @@ def find_situation(
 def _check(setup: Setup) -> None:
     must_model("A linear model", setup.world.mechanics, setup.actuation)
     must_not_feel("A linear model", "controller", fields_read(setup.controller))
+    must_slip_as_a_whole("A linear model", setup.fingertips)
 
 
 def _empty(setup: Setup) -> tuple[Plant, Probe]:

@@ -8,11 +8,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.contact.damping import slide
+from softhand.contact.elements import ROW
 from softhand.contact.friction import note_slip
 from softhand.contact.layer import evaluate_contacts
 from softhand.contact.pads import Contact, Fingertip, Support, build_pads, contact_columns, memory_size
 from softhand.contact.records import CONTACT
+from softhand.contact.sliders import slide
 from softhand.laws.law import compile_law, compile_like
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.snapshot import Snapshot
@@ -26,7 +27,7 @@ from softhand.plant.state import State, is_at, set_at
 from softhand.tactile.taxels import Taxels
 from softhand.tactile.taxels import become as become_taxels
 
-_CARRIED = ("contacts", "contact_columns", "at")
+_CARRIED = ("contacts", "contact_columns", "at", "elements")
 
 
 class Touch(NamedTuple):
@@ -68,6 +69,8 @@ class Plant:
         can_slip: whether friction has a limit at any contact.
         mass_factor: factor of M after `acceleration`, shape (nv, nv).
         external: generalized force of pushes from outside [N, N m], zero unless somebody sets it, shape (nv,).
+        elements: what the last evaluation found for the elements of each contact, see `contact.elements`, shape
+            (nc, most elements + 1, ROW); no numbers where every contact slips as a whole.
         taxels: of the tips, if they have any.
         skin: the same for kernels.
         reading: what they do to what they feel.
@@ -91,6 +94,9 @@ class Plant:
         self._code = {law: compile_law(law) for law in {contact.law for contact in every}}
         self.n_memory = memory_size(every)
         self.pads = build_pads(world, fingertips, supports, self._code)
+        most = max(contact.elements for contact in every)
+        self.elements = np.zeros((len(every), most + 1 if most > 1 else 0, ROW))
+        self._point_at_elements(self.pads)
         self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
@@ -130,6 +136,7 @@ class Plant:
         code = {law: compile_like(law, self._code) for law in {contact.law for contact in every}}
         pads = build_pads(world, fingertips, supports, code)
         pads["own"] = self.pads["own"]
+        self._point_at_elements(pads)
         before = self._structure
         if not become(self.touching.resistance, resistance_of(world)):
             return False
@@ -153,10 +160,14 @@ class Plant:
         self.forget()
         return True
 
+    def _point_at_elements(self, pads: NDArray[np.void]) -> None:
+        for pad, rows in zip(pads, self.elements, strict=True):
+            pad["element_rows"] = rows.ctypes.data if pad["elements"] > 1 else 0
+
     def forget(self) -> None:
         """Know of no state, as if new."""
         self.contacts[...], self.contact_columns[...], self.external[...] = np.zeros(1, CONTACT), 0.0, 0.0
-        self.touching.depths[...], self.at[...] = np.nan, np.nan
+        self.touching.depths[...], self.at[...], self.elements[...] = np.nan, np.nan, 0.0
         if self.taxels is not None:
             self.reading.memory[...], self.reading.begun[...] = 0.0, 0
 
@@ -164,6 +175,16 @@ class Plant:
     def n_taxels(self) -> int:
         """Taxels of each tip."""
         return 0 if self.taxels is None else len(self.taxels)
+
+    @property
+    def n_shares(self) -> int:
+        """Fingertips, if some have elements that slip by themselves, else 0."""
+        return self.world.n_tips if self.n_elements else 0
+
+    @property
+    def n_elements(self) -> int:
+        """Most elements of a contact; 0 where all slip as a whole."""
+        return max(0, self.elements.shape[1] - 1)
 
     @property
     def tip_contacts(self) -> NDArray[np.void]:

@@ -50,8 +50,8 @@ class State:
         q: joint positions [rad or m], then position [m] and quaternion (x, y, z, w) of the object, shape (nq,).
         v: joint velocities, then linear [m/s] and angular [rad/s] velocity of the object in its own frame, shape (nv,).
         z: dtheta, dphi, dpsi [rad] of each contact, or s1, s2 [m], psi [rad] under a law in surface coordinates; then
-            four forces for each relaxation of the damping; then 1 for a tip that slips, where it holds longer before;
-            shape (nc, `Plant.n_memory`).
+            four forces for each relaxation of the damping; all that again for each further element of a contact; then
+            1 for a tip that slips, where it holds longer before; shape (nc, `Plant.n_memory`).
         time: [s].
         carried: what a simulation hands on; None for a state that starts afresh.
     """

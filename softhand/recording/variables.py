@@ -20,7 +20,7 @@ class Variable(NamedTuple):
     dtype: type = np.float64
 
 
-LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint", "taxel")
+LABELLED_DIMS = ("joint", "contact", "pair", "support", "velocity", "coupled_joint", "taxel", "element")
 """Dimensions whose labels belong to the model, so that each recording brings its own."""
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
@@ -28,6 +28,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "rpy": ("roll", "pitch", "yaw"),
     "twist": ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z"),
     "deformation_component": ("dr", "dtheta", "dphi", "dpsi"),
+    "displacement_component": ("dtheta", "dphi", "dpsi"),
     "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
     "shear_component": ("f_x", "f_y"),
@@ -49,7 +50,8 @@ COMMANDED = {
 """What it asked for, by what it commands; there under [actuation] alone."""
 
 FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
-"""What a run does not record; `softhand.incipient_slip` finds it in a recording."""
+"""What a run does not record, but for `slipped_share` with `fingertip.slip_elements`; `softhand.incipient_slip` finds
+it in a recording."""
 
 _JOINT, _PAIR, _CONTACT = ("time", "joint"), ("time", "pair"), ("time", "contact")
 _XYZ, _RPY, _SUPPORT = ("time", "xyz"), ("time", "rpy"), ("time", "support")
@@ -105,7 +107,17 @@ VARIABLES: dict[str, Variable] = {
     "slip_twist": Variable(_CONTACT, "rad", "torsional slip since the start, its total amount"),
     "slip_loss": Variable(_CONTACT, "J", "work lost to slip since the start"),
     "slipped_share": Variable(
-        _CONTACT, "1", "share of the contact that slips, 1 where all of it does; put in by softhand.incipient_slip"
+        _CONTACT,
+        "1",
+        "share of the contact that slips, 1 where all of it does; with slip_elements, or by softhand.incipient_slip",
+    ),
+    "element_deformation": Variable(
+        (*_CONTACT, "element", "displacement_component"), "rad", "deformation of each element of the contact"
+    ),
+    "element_force": Variable(
+        (*_CONTACT, "element", "force_component"),
+        "N, N, N, N m",
+        "force and torsion if all of the contact were like that element; contact_force is their mean",
     ),
     "microslip_loss": Variable(
         _CONTACT, "J", "work lost in the parts that slip, since the start; put in by softhand.incipient_slip"

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from softhand.settings.settings import OpenSettings, Positive, read_settings
+
+MOST_ELEMENTS = 64
+"""The time of a step grows as their number n, and what they are off the limit of many falls as 1 / n^2."""
+
+Elements: TypeAlias = Annotated[int, Field(ge=1, le=MOST_ELEMENTS)]
 
 
 class DampingSection(OpenSettings):
@@ -30,6 +35,8 @@ class TipSection(OpenSettings):
     """As in `fingertip` [m]."""
     limit: Literal["exact", "ellipse"] | None = None
     """As in `fingertip`."""
+    slip_elements: Elements | None = None
+    """As in `fingertip` [1]."""
     damping: DampingSection | None = None
     """As in `fingertip`, the whole table."""
 
@@ -49,6 +56,8 @@ class FingertipSection(OpenSettings):
     """Largest torsion over mu f_z [m]; from the pressure of the law if not given."""
     limit: Literal["exact", "ellipse"] = "exact"
     """Limit of force and torsion together: `exact`, that of the pressure of the law, or `ellipse`, the usual guess."""
+    slip_elements: Elements = 1
+    """Elements of a contact that slip by themselves, with `coulomb` [1]; at 1 a contact sticks or slips as a whole."""
     tips_touch: bool = False
     """Whether tips meet each other; otherwise they pass through each other."""
     damping: DampingSection | None = None
@@ -81,11 +90,25 @@ class FingertipSection(OpenSettings):
             table = {key: value for key, value in table.items() if key in type(self).model_fields or key == "radius"}
         return read_settings(FingertipSection, {**table, **own}, f"fingertip.tips.{tip}" if own else "fingertip")
 
+    @property
+    def has_elements(self) -> bool:
+        """Whether contacts of some tips slip by elements."""
+        return self.slip_elements > 1 or any((tip.slip_elements or 1) > 1 for tip in (self.tips or {}).values())
+
     @model_validator(mode="after")
     def _friction_falls_with_slip(self) -> FingertipSection:
         if self.static_friction is not None and self.static_friction < self.friction:
             raise ValueError(
                 f"static_friction {self.static_friction:g} is below friction {self.friction:g}, that of a tip which "
                 "slips; raise it or leave it out."
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _elements_need_a_limit(self) -> FingertipSection:
+        if self.slip_elements > 1 and self.contact != "coulomb":
+            raise ValueError(
+                f'slip_elements {self.slip_elements} needs contact = "coulomb", as a tip that rolls never slips; set '
+                "that, or slip_elements = 1."
             )
         return self

@@ -165,6 +165,7 @@ def check_variables(
     sensing: SensingSection | None,
     actuation: ActuationSection | None,
     tactile: TactileSection | None,
+    has_elements: bool,
 ) -> None:
     """Variables that a run will have.
 
@@ -176,7 +177,7 @@ def check_variables(
     servo = actuation.servo if actuation is not None else None
     own = COMMANDED[servo.kind if servo is not None and servo.kind in COMMANDED else "torque"]
     for name in names:
-        if name in FOUND_AFTERWARDS:
+        if name in FOUND_AFTERWARDS and not (has_elements and name == "slipped_share"):
             message = f"{key}: {name!r} is found in a recording by softhand.incipient_slip; leave the name out."
             raise ScenarioError(message, key=key, value=name)
         if name.startswith(MEASURED_PREFIX) and not is_measured:
@@ -187,6 +188,8 @@ def check_variables(
         elif name == COMMANDED["torque"] and (actuation is None or name != own):
             needed = "[actuation]" if actuation is None else "[actuation] without a servo that takes set points"
             example = "actuation.delay"
+        elif not has_elements and name in VARIABLES and "element" in VARIABLES[name].dims:
+            needed, example = "slip elements", "fingertip.slip_elements = 8"
         elif tactile is None and name in VARIABLES and "taxel" in VARIABLES[name].dims:
             needed, example = "[tactile]", "tactile.count"
         else:

@@ -101,7 +101,14 @@ class Scenario(Settings):
         check_tips(self.hand, self.fingertip)
         check_times(self.duration, self.control_period, self.stepper.step, self.record.every)
         check_loop(self.sensing, self.actuation, self.tactile, self.control_period)
-        check_variables("record.variables", self.record.variables or (), self.sensing, self.actuation, self.tactile)
+        check_variables(
+            "record.variables",
+            self.record.variables or (),
+            self.sensing,
+            self.actuation,
+            self.tactile,
+            self.fingertip.has_elements,
+        )
 
     def replace(self, overrides: Mapping[str, Any] | None = None, **values: Any) -> Scenario:
         """Return a checked copy with some values changed.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from softhand.contact.elements import DISPLACEMENT, FORCE, rows_at
 from softhand.contact.kinematics import contact_coordinates
 from softhand.contact.limit import limit_use, set_limit
 from softhand.contact.scaled import traction
@@ -116,6 +117,28 @@ def describe_contacts(touch, at_tips):
         at_tips.contact_feature[i], at_tips.is_slipping[i] = contact.feature, contact.is_slipping
         at_tips.slip_travel[i], at_tips.slip_twist[i] = contact.slip_travel, contact.slip_twist
         at_tips.slip_loss[i] = contact.slip_loss
+    for i in range(at_tips.slipped_share.shape[0]):
+        contact = touch.contacts[i]
+        at_tips.slipped_share[i] = contact.slipped_share if touch.pads[i].elements > 1 else contact.is_slipping
+        _describe_elements(touch.pads[i], contact, at_tips.element_deformation[i], at_tips.element_force[i])
+
+
+@compiled
+def _describe_elements(pad, contact, deformation, force):
+    """Of each, zeros for those that a contact has not."""
+    n = pad.elements
+    for element in range(deformation.shape[0]):
+        for k in range(3):
+            deformation[element, k] = contact.deformation[1 + k] if element < n else 0.0
+        for k in range(4):
+            force[element, k] = contact.force[k] if element < n else 0.0
+    if n > 1:
+        rows = rows_at(pad.element_rows, n)
+        for element in range(n):
+            for k in range(3):
+                deformation[element, k] = rows[element, DISPLACEMENT + k]
+            for k in range(4):
+                force[element, k] = rows[element, FORCE + k]
 
 
 @compiled

@@ -33,6 +33,10 @@ class Sizes(NamedTuple):
     """of contacts that an internal force acts between"""
     taxels: int = 0
     """taxels of each tip"""
+    shares: int = 0
+    """contacts of the fingertips, if some have elements that slip by themselves"""
+    elements: int = 0
+    """most of a contact, likewise"""
 
 
 RECORDED = {
@@ -57,6 +61,9 @@ RECORDED = {
     "slip_travel": "nc",
     "slip_twist": "nc",
     "slip_loss": "nc",
+    "slipped_share": "shares",
+    "element_deformation": "nc elements 3",
+    "element_force": "nc elements 4",
     "support_force": "ns 4",
     "support_deformation": "ns 4",
     "support_point": "ns 3",

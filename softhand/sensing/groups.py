@@ -57,6 +57,9 @@ class Contacts(NamedTuple):
     slip_travel: Array
     slip_twist: Array
     slip_loss: Array
+    slipped_share: Array
+    element_deformation: Array
+    element_force: Array
 
 
 class Jacobians(NamedTuple):

@@ -42,7 +42,16 @@ class Known:
         world = plant.world
         inertia: pin.Inertia = world.model.inertias[world.object_joint]
         known = cls(
-            Sizes(world.n_joints, world.nq, world.n_tips, len(plant.supports), pairs, plant.n_taxels),
+            Sizes(
+                world.n_joints,
+                world.nq,
+                world.n_tips,
+                len(plant.supports),
+                pairs,
+                plant.n_taxels,
+                plant.n_shares,
+                plant.n_elements,
+            ),
             plant.fingertips,
             tuple(tip.name for tip in world.tips),
             world.effort_limit.copy(),

@@ -97,6 +97,14 @@ class Observation:
     """Angle that each tip has slipped about its normal [rad], shape (nc,)."""
     slip_loss: Array
     """Work that the slip of each tip has lost [J], shape (nc,)."""
+    slipped_share: Array
+    """Share of the area of each contact that is at its limit, see `contact.elements`, 0 or 1 of one that slips as a
+    whole, shape (nc,); (0,) where all do."""
+    element_deformation: Array
+    """`deformation` of each element without dr, zeros behind the last one of a contact, shape (nc, elements, 3);
+    (nc, 0, 3) where all slip as a whole."""
+    element_force: Array
+    """`contact_force` if all of the contact were like an element; that is their mean, shape (nc, elements, 4)."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
     support_deformation: Array

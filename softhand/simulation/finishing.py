@@ -24,7 +24,9 @@ def finished(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array]) 
     """
     found = dict(found)
     if "deformation" in found:
-        found["deformation"] = _as_angles(found["deformation"], plant)
+        found["deformation"], of_elements = _as_angles(found["deformation"], plant, found.get("element_deformation"))
+        if of_elements is not None:
+            found["element_deformation"] = of_elements
     is_curved = bool(plant.pads[0]["chart_function"])
     turning = {
         "joint_position": np.flatnonzero(plant.joints[:-1, 0] == CONTINUOUS).tolist(),
@@ -57,7 +59,7 @@ def measured_in(found: dict[str, AnyArray], plant: Plant, turns: dict[str, Array
     return {MEASURED_PREFIX + name: done[name] for name in found}
 
 
-def _as_angles(deformation: Array, plant: Plant) -> Array:
+def _as_angles(deformation: Array, plant: Plant, elements: Array | None) -> tuple[Array, Array | None]:
     """The displacements of a law in surface coordinates as the angles s / R, as recordings have them."""
     pads = plant.pads[: plant.world.n_tips]
     surface = np.flatnonzero(pads["is_surface"])
@@ -65,7 +67,10 @@ def _as_angles(deformation: Array, plant: Plant) -> Array:
         deformation = deformation.copy()
         distance = pads["radius"][surface] - deformation[:, surface, 0]
         deformation[:, surface, 1:3] /= distance[:, :, None]
-    return deformation
+        if elements is not None:
+            elements = elements.copy()
+            elements[:, surface, :, :2] /= distance[:, :, None, None]
+    return deformation, elements
 
 
 def _without_jumps(values: Array, turning: list[int], before: Array | None) -> tuple[Array, Array]:

@@ -171,4 +171,6 @@ def labels_of(plant: Plant, is_pushed: bool = False) -> dict[str, tuple[str, ...
         labels["coupled_joint"] = tuple(world.coupling.joint_names[k] for k in world.coupling.coupled_joints)
     if plant.n_taxels:
         labels["taxel"] = tuple(str(number) for number in range(1, plant.n_taxels + 1))
+    if plant.n_elements:
+        labels["element"] = tuple(str(number) for number in range(1, plant.n_elements + 1))
     return labels | ({"support": tuple(support.name for support in supports)} if supports else {})

@@ -157,6 +157,7 @@ class Simulation:
         self._turns: dict[str, Array] = {}
         for name in TOTALS:
             self.plant.contacts[name] = 0
+        self.plant.elements[...] = 0.0
         if self._asking:
             self._asking.restart()
         self._asked_at = -1

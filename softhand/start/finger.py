@@ -11,8 +11,10 @@ from softhand.errors import GraspError
 from softhand.laws.law import CompiledLaw
 from softhand.model.arm import REACHED, Arm
 from softhand.model.chain import POINT
+from softhand.model.world import World
 from softhand.numerics.arrays import Array
-from softhand.start.answering import APEX, RIM, Formula, answer_force, formula_of
+from softhand.start.answering import APEX, RIM, answer_force, formula_of
+from softhand.start.elements import load_elements
 from softhand.start.press import deform_tip
 from softhand.start.reach import reach_point
 from softhand.start.settle import SETTLED, TURNS, Settled, settle
@@ -55,12 +57,13 @@ def settle_finger(
         trial, relaxed = angles.copy(), fingertip.damping.relaxed()
         if settle(chain, formula, point, frame, force, relaxed, arm.limits, REACHED, trial, settled):
             angles[:] = trial
-            return
-    _settle(arm, index, fingertip, formula, point, frame, force, angles, settled)
+            if fingertip.elements == 1:
+                return
+    _settle(arm, index, fingertip, code, point, frame, force, angles, settled)
 
 
 def _settle(
-    arm: Arm, index: int, fingertip: Fingertip, formula: Formula | None, point: Array, frame: Array, force: Array,
+    arm: Arm, index: int, fingertip: Fingertip, code: CompiledLaw | None, point: Array, frame: Array, force: Array,
     angles: Array, settled: Settled,
 ) -> None:  # fmt: skip
     law, guess = fingertip.law, angles.copy()
@@ -69,20 +72,22 @@ def _settle(
         wish = guess if turn < _WISHES else None
         previous = settled.deformation.copy()
         reach_point(arm, index, point - (law.radius - previous[0]) * frame[:, 1], angles, wish)
-        answer_tip(arm.world.tips[index].name, fingertip, formula, arm.tip(index)[1], frame, force, settled)
+        answer_tip(arm.world, index, fingertip, code, arm.tip(index)[1], frame, force, settled)
         if np.max(np.abs(settled.deformation - previous)) < SETTLED:
             break
 
 
 def answer_tip(
-    name: str, fingertip: Fingertip, formula: Formula | None, axes: Array, frame: Array, force: Array, settled: Settled
-) -> None:
+    world: World, index: int, fingertip: Fingertip, code: CompiledLaw | None, axes: Array, frame: Array, force: Array,
+    settled: Settled,
+) -> None:  # fmt: skip
     """The deformation with which a tip, where it is, answers a contact force.
 
     Args:
-        name: of the tip.
+        world: hand and object.
+        index: of the tip.
         fingertip: its material.
-        formula: of its law; None if that cannot be compiled.
+        code: of its law; None if that cannot be compiled.
         axes: of F in the world, shape (3, 3).
         frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
         force: on the object, in the world [N], shape (3,).
@@ -92,7 +97,7 @@ def answer_tip(
         GraspError: the tip lies at its rim or apex, or its law does not answer.
         LawError: the law answers with what is no number.
     """
-    law, (tangent, z_C) = fingertip.law, frame.T
+    law, (tangent, z_C), name = fingertip.law, frame.T, world.tips[index].name
     is_surface = law.coordinates == "surface"
     u = axes.T @ z_C
     Theta, Phi = math.atan2(u[2], u[1]), math.asin(min(max(float(u[0]), -1.0), 1.0))
@@ -109,7 +114,13 @@ def answer_tip(
     bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
     wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
     asked, deformation = wanted / fingertip.damping.relaxed(), np.zeros(4)
+    formula = None if code is None else formula_of(law, code)
     if formula is None or not answer_force(formula, Phi, bearing, asked, deformation, settled.law_force):
         deformation = deform_tip(name, law, Phi, bearing, asked)
     settled.deformation[:], settled.angles[:], settled.contact_force[:] = deformation, (Theta, Phi), wanted
     settled.law_force[:] = law(deformation, Phi, bearing)
+    if fingertip.elements > 1:
+        assert code is not None
+        friction = fingertip.friction_at_start(world.shape.rotation)
+        friction *= (fingertip.static_friction or fingertip.friction) / fingertip.friction
+        load_elements(name, fingertip, code, friction, Phi, bearing, asked, settled.deformation, settled.elements)

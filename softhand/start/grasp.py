@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.contact.pads import Fingertip, memory_size
+from softhand.contact.pads import Fingertip, block_size, memory_size
+from softhand.contact.records import REMEMBERED, STORED
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
@@ -123,7 +124,10 @@ def solve_grasp(
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
     code = _compiled_laws(fingertips, known or {})
-    settled = [Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i]) for i in range(nc)]
+    elements = [np.zeros((fingertip.elements, STORED + REMEMBERED)) for fingertip in fingertips]
+    settled = [
+        Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i], elements[i]) for i in range(nc)
+    ]
     try:
         if reach == "all" and world.coupling is None and shared_columns(world.tips):
             place_palm(arm, fingertips, points, rotation, angles)
@@ -151,12 +155,21 @@ def solve_grasp(
     world.set_object_pose(position, rotation, q)
     friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
-    memory = np.zeros((nc, memory_size(fingertips)))
-    memory[:, :3] = deformation[:, 1:]
-    relaxations = (memory.shape[1] - 3) // 4
-    memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
-    state = State(q, np.zeros(world.nv), memory)
+    state = State(q, np.zeros(world.nv), _memory(fingertips, settled))
     return Grasp(state, deformation, contact_force, contact_angles, use)
+
+
+def _memory(fingertips: Sequence[Fingertip], settled: Sequence[Settled]) -> Array:
+    """z of a state in which all is relaxed."""
+    memory, block = np.zeros((len(fingertips), memory_size(fingertips))), block_size(fingertips)
+    relaxations = (block - STORED) // REMEMBERED
+    for row, fingertip, one in zip(memory, fingertips, settled, strict=True):
+        if fingertip.elements == 1:
+            one.elements[0, :STORED], one.elements[0, STORED:] = one.deformation[1:], one.law_force
+        for k, element in enumerate(one.elements):
+            own = row[k * block : (k + 1) * block]
+            own[:STORED], own[STORED:] = element[:STORED], np.tile(element[STORED:], relaxations)
+    return memory
 
 
 def _settled(

@@ -30,6 +30,9 @@ class Settled(NamedTuple):
     """f_x, f_y, f_z [N], tau [N m] on the object in C_F, shape (4,)."""
     law_force: Array
     """Of the law, before it relaxes, shape (4,)."""
+    elements: Array
+    """Displacement of each element of the contact and the force of its law, by `elements.load_elements`, shape (n, 7);
+    one row, of no meaning, where it slips as a whole."""
 
 
 @compiled

@@ -15,7 +15,6 @@ from softhand.laws.law import CompiledLaw, Law
 from softhand.model.arm import REACHED, Arm
 from softhand.model.shapes.face import Face
 from softhand.numerics.arrays import Array
-from softhand.start.answering import formula_of
 from softhand.start.finger import answer_tip
 from softhand.start.reach import millimetres
 from softhand.start.settle import SETTLED, Settled
@@ -98,9 +97,8 @@ def settle_together(
         fit.follow(points, faces)
         forces = contact_forces(world, list(fit.to_world(points)), fit.position, fit.rotation, internal_force)
         for i, (fingertip, face) in enumerate(zip(fingertips, faces, strict=True)):
-            formula = formula_of(fingertip.law, code[fingertip.law]) if fingertip.law in code else None
             frame = fit.rotation @ np.column_stack([face.tangent, -face.normal])
-            answer_tip(world.tips[i].name, fingertip, formula, arm.tip(i)[1], frame, forces[i], settled[i])
+            answer_tip(world, i, fingertip, code.get(fingertip.law), arm.tip(i)[1], frame, forces[i], settled[i])
         if np.max(np.abs([one.deformation - old for one, old in zip(settled, before, strict=True)])) < 10.0 * SETTLED:
             break
     return Together(fit.angles, points, forces, fit.position, fit.rotation)

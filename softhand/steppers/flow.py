@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softhand.contact.damping import relaxation_rate
+from softhand.contact.damping import memory_rate
 from softhand.model.configuration import coordinate_rate, normalize
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
@@ -37,10 +37,7 @@ class Flow:
         self._plant.update(q, v, z)
         self._plant.acceleration(torque, v_rate)
         coordinate_rate(self._plant.joints, q, v, q_rate)
-        z_rate[:, :3] = self._plant.contacts["deformation_rate"][:, 1:]
-        z_rate[:, 3:] = 0.0
-        if self._n_memory > 3:
-            relaxation_rate(self._plant.pads, self._plant.contacts, z, z_rate)
+        memory_rate(self._plant.pads, self._plant.contacts, z, z_rate)
         return out
 
     def _split(self, y: Array) -> tuple[Array, Array, Array]:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.contact.address import done
-from softhand.contact.damping import relax, relaxation_rate, slide
+from softhand.contact.damping import memory_rate, relax
 from softhand.contact.friction import note_slip
 from softhand.contact.kinematics import integrate_memory
 from softhand.contact.layer import evaluate_contacts
+from softhand.contact.sliders import slide
 from softhand.model.compiled_snapshot import CompiledSnapshot
 from softhand.model.configuration import coordinate_rate, integrate, normalize
 from softhand.model.coupled import Terms
@@ -194,13 +195,7 @@ def _rate(m, y, out):
     _update(m, q, v, z)
     accelerate(touch, m.terms, m.envelope, m.torque, m.external, m.mass, out[nq : nq + nv])
     coordinate_rate(m.joints, q, v, out[:nq])
-    for i in range(nc):
-        for k in range(3):
-            z_rate[i, k] = touch.contacts[i].deformation_rate[1 + k]
-        for k in range(3, memory):
-            z_rate[i, k] = 0.0
-    if memory > 3:
-        relaxation_rate(touch.pads, touch.contacts, z, z_rate)
+    memory_rate(touch.pads, touch.contacts, z, z_rate)
 
 
 @compiled

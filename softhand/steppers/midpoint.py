@@ -268,8 +268,9 @@ def meet_contact(i, touch, terms, kicks, step, z):
     # drift, second half: z + (h/2) z'(middle) at the new configuration
     evaluate_contact(pad, columns, terms.poses, terms.J, kicks.middle, memory, 0.5 * step, depth, True, contact,
                      jacobian)  # fmt: skip
-    for k in range(3):
-        memory[k] = contact.deformation[1 + k]
+    if pad.elements == 1:
+        for k in range(3):
+            memory[k] = contact.deformation[1 + k]
     if pad.is_support and seldom(contact.is_idle > 0):
         return
     pull_of(contact, 0.25 * step, rate, depth, pull)

@@ -176,6 +176,8 @@ def _check_recorded(file: StudyFile, own: Study, outcomes: Mapping[str, Outcome]
 
 def _check_variable(file: StudyFile, variable: str, base: Scenario, keys: list[str]) -> None:
     try:
-        check_variables(".".join(keys), (variable,), base.sensing, base.actuation, base.tactile)
+        check_variables(
+            ".".join(keys), (variable,), base.sensing, base.actuation, base.tactile, base.fingertip.has_elements
+        )
     except ScenarioError as error:
         raise file.error(str(error), keys, variable) from error
