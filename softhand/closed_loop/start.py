@@ -15,6 +15,7 @@ from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.taxels import read_taxels
 from softhand.assembly.unmodelled import must_model
 from softhand.closed_loop.linearize import is_memory
+from softhand.contact.records import STORED
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
@@ -191,5 +192,6 @@ def relax_memory(plant: Plant, state: State) -> None:
     """What relaxing dampings remember as it is where a state has lasted, in place."""
     plant.update(state.q, state.v, state.z)
     which = is_memory(plant)
-    force = np.tile(plant.contacts["deformation_force"], -(-plant.n_memory // 4) + 1)
-    state.z[which] = np.roll(force, 3, axis=1)[:, : plant.n_memory][which]
+    force = np.hstack([plant.contacts["deformation_force"], plant.contacts["lean_force"]])
+    force = np.tile(force[:, : plant.pads["remembered"][0]], plant.n_memory)
+    state.z[which] = np.roll(force, STORED, axis=1)[:, : plant.n_memory][which]

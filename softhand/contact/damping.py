@@ -6,6 +6,7 @@ import math
 
 from softhand.contact.answer import answer, normal_force
 from softhand.contact.limit import limit_use
+from softhand.contact.records import LEANING, REMEMBERED, STORED
 from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_to_limit, slip_velocity
 from softhand.numerics.branches import seldom, usually
@@ -24,7 +25,7 @@ def recall(pad, contact, memory, lead):
     Args:
         pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`, after `place_contact`.
-        memory: row of z; w of each relaxation, four numbers each, from the fourth on.
+        memory: row of z; w of each relaxation, `pad.remembered` numbers each, from the fourth on.
         lead: w is taken so much later [s], with F as it then is.
     """
     recalled = contact.recalled
@@ -32,16 +33,21 @@ def recall(pad, contact, memory, lead):
     contact.dashpot[:] = 0.0
     contact.kept = 1.0
     recalled[:] = 0.0
-    for k in range((memory.shape[0] - 3) // 4):
+    if pad.slope_function != 0:
+        contact.lean_recalled[:] = 0.0
+    for k in range(pad.relaxations):
         share, rate = pad.relaxation[k, 0], pad.relaxation[k, 1]
         left = math.exp(-rate * lead)
-        first = 3 + 4 * k
+        first = STORED + pad.remembered * k
         contact.kept -= share * (1.0 - left)
         torsion = share * left * memory[first + 3]
         recalled[0] += contact.theta_per_x * share * left * memory[first + 1] + contact.psi_per_x * torsion
         recalled[1] += contact.phi_per_y * share * left * memory[first + 2]
         recalled[2] += share * left * memory[first]
         recalled[3] += torsion
+        if pad.slope_function != 0:
+            for j in range(LEANING):
+                contact.lean_recalled[j] += share * left * memory[first + REMEMBERED + j]
 
 
 @compiled
@@ -136,18 +142,24 @@ def relax(pads, contacts, step, z):
 @compiled
 def relax_contact(pad, contact, step, memory):
     """One row of `relax`, likewise."""
-    for k in range((memory.shape[0] - 3) // 4):
-        share = -math.expm1(-pad.relaxation[k, 1] * step)
-        for j in range(4):
-            memory[3 + 4 * k + j] += share * (contact.deformation_force[j] - memory[3 + 4 * k + j])
+    for k in range(pad.relaxations):
+        share, first = -math.expm1(-pad.relaxation[k, 1] * step), STORED + pad.remembered * k
+        for j in range(REMEMBERED):
+            memory[first + j] += share * (contact.deformation_force[j] - memory[first + j])
+        if pad.slope_function != 0:
+            for j in range(REMEMBERED, REMEMBERED + LEANING):
+                memory[first + j] += share * (contact.lean_force[j - REMEMBERED] - memory[first + j])
 
 
 @compiled
 def relaxation_rate(pads, contacts, z, z_rate):
     """w_k' = nu_k (F - w_k), into the columns of z_rate from the fourth on."""
     for i in range(contacts.shape[0]):
-        for k in range((z.shape[1] - 3) // 4):
-            for j in range(4):
-                column = 3 + 4 * k + j
-                rate = pads[i].relaxation[k, 1]
-                z_rate[i, column] = rate * (contacts[i].deformation_force[j] - z[i, column])
+        pad = pads[i]
+        for k in range(pad.relaxations):
+            rate, first = pad.relaxation[k, 1], STORED + pad.remembered * k
+            for j in range(REMEMBERED):
+                z_rate[i, first + j] = rate * (contacts[i].deformation_force[j] - z[i, first + j])
+            if pad.slope_function != 0:
+                for j in range(REMEMBERED, REMEMBERED + LEANING):
+                    z_rate[i, first + j] = rate * (contacts[i].lean_force[j - REMEMBERED] - z[i, first + j])

@@ -9,6 +9,7 @@ from softhand.contact.damping import press, react, recall
 from softhand.contact.friction import has_slid, set_friction
 from softhand.contact.geometry import find_nearest, place_contact, roll_stiffness
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
+from softhand.contact.leaning import bend_stiffness, let_lean, set_turning
 from softhand.contact.limit import set_limit
 from softhand.contact.slip import slip_to_limit
 from softhand.contact.tangent import stiffness_while_slipping
@@ -38,7 +39,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffnes
         depths: dr of each contact where the step began [m], NaN of one that did not touch; read with a lead, (nc,).
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
-        jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
+        jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4 or 6).
     """
     for i in range(pads.shape[0]):
         evaluate_contact(
@@ -54,10 +55,14 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
     if pad.is_support:
         if seldom(pad.radius - contact.distance <= 0.0):
             _rest(contact, jacobian)
+            if pad.slope_function != 0:
+                let_lean(contact)
             return
         contact.is_idle = 0
     place_contact(pad, pose, base_pose, contact)
     set_friction(pad, contact)
+    if pad.slope_function != 0:
+        set_turning(pad, base_pose, contact)
     contact_jacobian(pad, contact, columns, J, jacobian)
     relative_velocity(columns, jacobian, v, contact.velocity)
     deformation_rate(contact, contact.velocity, contact.deformation_rate)
@@ -69,10 +74,14 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
         contact.deformation[1 + k] = memory[k] + lead * contact.deformation_rate[1 + k]
     if pad.can_slip and seldom(contact.deformation[0] <= 0.0):
         _let_go(contact)
+        if pad.slope_function != 0:
+            let_lean(contact)
         return
     _respond(pad, contact, memory, lead, with_stiffness)
     if with_stiffness and pad.semi_axes[0] > 0.0:
         roll_stiffness(pad, pose, contact)
+    if with_stiffness and pad.slope_function != 0:
+        bend_stiffness(pad, contact)
 
 
 @compiled
@@ -100,12 +109,15 @@ def _respond(pad, contact, memory, lead, with_stiffness):
         react(pad, contact)
     if not usually(math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3])):
         _blame_law(pad, contact)
-    # d force / d velocity, d force / d displacement
+    # d force / d velocity, d force / d displacement; what does not press has no moment either
     for k in range(4):
         damping[k] = contact.dashpot[k]
     pulls = pad.is_damped and usually(contact.is_damped > 0) and seldom(contact.force[2] <= 0.0)
     if pulls:
         damping[2] = 0.0
+        if pad.slope_function != 0:
+            contact.lean_elastic[:] = 0.0
+            contact.moment[:] = 0.0
     if slips:
         damping[0], damping[1], damping[3] = 0.0, 0.0, 0.0
     if not with_stiffness:

@@ -21,12 +21,15 @@ from softhand.contact.records import (
     ELLIPSE,
     LAW_ARGUMENTS,
     MAX_LAW_PARAMETERS,
+    LEANING,
     MAX_RELAXATIONS,
     OWN_PRESSURE,
     PAD,
     PLANE,
+    REMEMBERED,
     SIDE,
     SOLID,
+    STORED,
 )
 from softhand.dampings.damping import Damping
 from softhand.errors import LawError
@@ -148,9 +151,15 @@ Contact = Fingertip | Support
 
 
 def memory_size(contacts: Sequence[Contact]) -> int:
-    """Numbers of each contact in z of a `State`: three, four for each relaxation of the damping, one for slip."""
+    """Numbers of each contact in z of a `State`: three, some for each relaxation of the damping, one for slip."""
     relaxations = max(len(contact.damping.relaxation()) for contact in contacts)
-    return 3 + 4 * relaxations + any(contact.holds_longer for contact in contacts)
+    return STORED + remembered_of(contacts) * relaxations + any(contact.holds_longer for contact in contacts)
+
+
+def remembered_of(contacts: Sequence[Contact]) -> int:
+    """Numbers of each contact in z for one relaxation: the forces, and if some law has a moment, the slopes by lean."""
+    leans = any(contact.law.moment is not None for contact in contacts)
+    return REMEMBERED + LEANING * leans
 
 
 def contact_columns(
@@ -215,6 +224,7 @@ def build_pads(
         _set_material(pad, support, code[support.law], n_memory)
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
         choose_limit(pad, support.limit, support.kappa or support.law.torsion_share)
+    pads["remembered"] = remembered_of([*fingertips, *supports])
     pads["first_twist"] = [world.view(*bodies) for bodies in _bodies_of(world, supports)]
     return pads
 
@@ -257,6 +267,14 @@ def _set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: i
             f"law '{name}' has {len(code.parameters)} parameters; at most {MAX_LAW_PARAMETERS} fit.", law=name
         )
     pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
+    if code.slope is not None:
+        if isinstance(contact, Support) and (contact.semi_axes is not None or contact.edge > 0.0):
+            raise LawError(
+                f"law '{name}' has a `moment`, which {contact.name} does not transmit: an ellipsoid or an edge has no "
+                "axis that leans; give it a law without one.",
+                law=name,
+            )
+        pad["slope_function"], pad["bend_function"] = code.slope.address, code.bend.address
     leading = len(LEADING[law.coordinates])
     arguments = np.zeros(LAW_ARGUMENTS)
     arguments[leading : leading + len(code.parameters)] = code.parameters
@@ -278,6 +296,7 @@ def choose_limit(pad: np.void, limit: Limit, kappa: float | None) -> None:
 def _set_damping(pad: np.void, damping: Damping) -> None:
     pad["viscosity"], pad["viscosity_per_force"] = damping.viscosity(), damping.viscosity_per_force()
     pairs = damping.relaxation()
+    pad["relaxations"] = len(pairs)
     if len(pairs) > MAX_RELAXATIONS:
         raise LawError(
             f"damping '{type(damping).__name__}' has {len(pairs)} relaxations; at most {MAX_RELAXATIONS} fit.",

@@ -54,8 +54,8 @@ class Plant:
         pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
-        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids 6, see
-            `contact_jacobian`.
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids and laws that
+            have a moment 6, see `contact_jacobian`.
         touching: the four together, room for the dr of each where a step began, shape (nc,), and damping, friction and
             stops of the joints.
         rigid: mass matrix and velocity terms at any configuration.
@@ -93,7 +93,8 @@ class Plant:
         self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
-        self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
+        rolls = self.pads["semi_axes"].any() or self.pads["slope_function"].any()
+        self.contact_columns = np.zeros((*self.columns.shape, 6 if rolls else 4))
         self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan),
                               resistance_of(world))  # fmt: skip
         self.at = np.full(world.nq + world.nv + len(every) * self.n_memory, np.nan)

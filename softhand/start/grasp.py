@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.contact.pads import Fingertip, memory_size
+from softhand.contact.pads import Fingertip, memory_size, remembered_of
+from softhand.contact.records import STORED
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
@@ -20,10 +21,11 @@ from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
+from softhand.start.leaning import BALANCED, TURNS, Leaning
 from softhand.start.outer import ON_SURFACE, check_is_outer, check_touches_alone
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
-from softhand.start.statics import check_friction, check_torques, contact_forces
+from softhand.start.statics import check_friction, check_torques, contact_loads
 from softhand.start.together import Together, settle_together
 
 _IN_A_PLANE = 1e-6  # smallest over largest speed of a tip that its joints move in a plane
@@ -89,7 +91,8 @@ def solve_grasp(
     """Joint angles and deformations in equilibrium with gravity, without stored torsion.
 
     The contact forces are f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0. Each tip then solves for the deformation
-    that the law answers with that force, and for the joint angles that put it there.
+    that the law answers with that force, and for the joint angles that put it there. Where laws have moments, these are
+    part of what carries the object: forces, deformations and moments are found in turn, see `statics.contact_loads`.
 
     Args:
         world: hand and object.
@@ -111,50 +114,68 @@ def solve_grasp(
     """
     position, rotation = np.asarray(position, dtype=float), np.asarray(rotation, dtype=float)
     points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
-    forces = contact_forces(world, points, position, rotation, internal_force)
-    normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
-    for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
-        check_friction(
-            tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
-        )
     guess = initial_joints(world, joint_guess)
-    angles, arm = guess.copy(), Arm(world)
+    arm, leaning = Arm(world), Leaning(world, fingertips)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
     code = _compiled_laws(fingertips, known or {})
     settled = [Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i]) for i in range(nc)]
-    try:
-        if reach == "all" and world.coupling is None and shared_columns(world.tips):
-            place_palm(arm, fingertips, points, rotation, angles)
-        found = _settled(
-            arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles, settled
-        )
-    except GraspError as error:
-        if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
-            raise
-        try:
-            found = settle_together(
-                arm, fingertips, code, contact_points, internal_force, position, rotation, guess, settled
+    asked = points, position, rotation
+    for _ in range(TURNS):
+        angles, (points, position, rotation) = guess.copy(), asked
+        normals = np.array([rotation @ fingertip.face.normal for fingertip in fingertips])
+        forces = contact_loads(world, points, position, rotation, internal_force, leaning.wrench, -normals)
+        for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces[:, :3], strict=True):
+            check_friction(
+                tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
             )
-        except GraspError:
-            raise error from None
-    if found is not None:
-        angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
-        points = list(position + found.points @ rotation.T)
+        try:
+            if reach == "all" and world.coupling is None and shared_columns(world.tips):
+                place_palm(arm, fingertips, points, rotation, angles)
+            found = _settled(
+                arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles,
+                settled, leaning.wrench,
+            )  # fmt: skip
+        except GraspError as error:
+            if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
+                raise
+            try:
+                found = settle_together(
+                    arm, fingertips, code, contact_points, internal_force, position, rotation, guess, settled,
+                    leaning.wrench,
+                )  # fmt: skip
+            except GraspError:
+                raise error from None
+        if found is not None:
+            angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
+            points = list(position + found.points @ rotation.T)
+        arm.move(angles)
+        q = arm.q.copy()
+        world.set_object_pose(position, rotation, q)
+        if not leaning.are_any:
+            break
+        changed = leaning.update(q, deformation, forces[:, 3])
+        if changed <= BALANCED * (1.0 + float(np.max(np.abs(forces[:, :3])))):
+            break
+    else:
+        raise GraspError(
+            f"the moments of the leaning tips and the contact forces do not come into balance: {changed:.2g} N are "
+            "left. Lower grasp.internal_force, or move the contact points to where the tips lean less.",
+            finger="", quantity="moment", value=changed,
+        )  # fmt: skip
     for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
         there = rotation.T @ (point - position)
         check_touches_alone(tip.name, world.shape, there, fingertip.face.normal, fingertip.law.radius - own[0])
-    arm.move(angles)
-    check_torques(arm, forces, points)
-    q = arm.q.copy()
-    world.set_object_pose(position, rotation, q)
+    check_torques(arm, forces, points, leaning.torque)
     friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
     memory = np.zeros((nc, memory_size(fingertips)))
     memory[:, :3] = deformation[:, 1:]
-    relaxations = (memory.shape[1] - 3) // 4
-    memory[:, 3 : 3 + 4 * relaxations] = np.tile(law_force, relaxations)  # all is relaxed
+    remembered = np.hstack([law_force, leaning.slopes])[:, : remembered_of(fingertips)]
+    relaxations = (memory.shape[1] - STORED) // remembered.shape[1]
+    all_of_it = np.tile(remembered, relaxations)  # all is relaxed
+    memory[:, STORED : STORED + all_of_it.shape[1]] = all_of_it
     state = State(q, np.zeros(world.nv), memory)
     return Grasp(state, deformation, contact_force, contact_angles, use)
 
@@ -171,11 +192,12 @@ def _settled(
     forces: Array,
     angles: Array,
     settled: Sequence[Settled],
+    moments: Array,
 ) -> Together | None:
     """All fingers at once where their joints are coupled; else each by itself, which sets the angles."""
     if arm.world.coupling is not None:
         return settle_together(
-            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled
+            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled, moments
         )
     for i, fingertip in enumerate(fingertips):
         frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])

@@ -135,7 +135,7 @@ def add_stiffness(columns, contact, jacobian, step, matrix):
 
 @compiled
 def _add_rolling(columns, contact, jacobian, weight, matrix):
-    """Lower triangle of matrix += (h^2/4) J^T `rolling` J, J the turning of z_C: see `roll_stiffness`."""
+    """Lower triangle of matrix += (h^2/4) J^T `rolling` J, J columns 4 and 5: `roll_stiffness`, `bend_stiffness`."""
     xx, xy, yy = weight * contact.rolling[0], weight * contact.rolling[1], weight * contact.rolling[2]
     for b in range(columns.shape[0]):
         if columns[b] < 0:
@@ -166,7 +166,7 @@ def take_stiffness(columns, contact, jacobian, step, x, out):
 
 @compiled
 def _take_rolling(columns, contact, jacobian, weight, x, out):
-    """out -= (h^2/4) J^T `rolling` J x, J the turning of z_C."""
+    """out -= (h^2/4) J^T `rolling` J x, likewise."""
     about_x, about_y = 0.0, 0.0
     for a in range(columns.shape[0]):
         if columns[a] < 0:

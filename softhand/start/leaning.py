@@ -1,0 +1,65 @@
+"""Moments of the tips at a start: the wrench on the object that laws with an energy of the lean add to the forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softhand.contact.pads import Fingertip
+from softhand.model.world import World
+from softhand.numerics.arrays import Array
+from softhand.plant.dynamics import add_contact_force, add_contact_moment
+from softhand.plant.plant import Plant
+
+TURNS = 60
+"""Most of the turns in which forces and moments are brought into balance."""
+BALANCED = 1e-13
+"""Change of the moments in the last turn, over the load, moments counting by the radius of a tip."""
+
+
+class Leaning:
+    """The moments of a hand that holds an object at rest; all zero where no law has any.
+
+    Attributes:
+        wrench: on the object, force [N] and moment about the object frame [N m] in the world, shape (6,).
+        torque: what they and the torsions ask of the joints [N m, N], shape (n,).
+        slopes: dU/dlean of the law at each tip, before it relaxes [J], shape (nc, 2).
+    """
+
+    def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
+        self._world, self._fingertips = world, fingertips
+        self.are_any = any(tip.law.moment is not None for tip in fingertips)
+        self._plant: Plant | None = None
+        self.wrench, self.torque = np.zeros(6), np.zeros(world.n_joints)
+        self.slopes = np.zeros((len(fingertips), 2))
+
+    def update(self, q: Array, deformation: Array, torsions: Array) -> float:
+        """The moments at a grasp.
+
+        Args:
+            q: hand and object, shape (nq,).
+            deformation: of each tip, shape (nc, 4).
+            torsions: about the normals [N m], shape (nc,).
+
+        Returns:
+            By how much the wrench changed, force or moment over the radius of a tip [N].
+        """
+        world = self._world
+        if self._plant is None:
+            self._plant = Plant(world, self._fingertips)
+        plant, nv = self._plant, world.nv
+        z = np.zeros((len(deformation), plant.n_memory))
+        z[:, :3] = deformation[:, 1:]
+        plant.update(q, np.zeros(nv), z)
+        by_moments, by_torsions = np.zeros(nv), np.zeros(nv)
+        for k, tip in enumerate(self._fingertips):
+            touch = plant.columns[k], plant.contact_columns[k]
+            self.slopes[k] = plant.contacts["lean_force"][k]
+            add_contact_moment(*touch, tip.damping.relaxed() * self.slopes[k], by_moments)
+            add_contact_force(*touch, np.array([0.0, 0.0, 0.0, torsions[k]]), by_torsions)
+        R, before = world.object_rotation(q), self.wrench
+        self.wrench = np.concatenate([R @ by_moments[-6:-3], R @ by_moments[-3:]])
+        self.torque = -(by_moments + by_torsions)[: world.n_joints]
+        scale = np.repeat([1.0, 1.0 / max(tip.law.radius for tip in self._fingertips)], 3)
+        return float(np.max(np.abs(scale * (self.wrench - before))))
