@@ -21,6 +21,7 @@ from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
 
+_STEP = 1e-5  # of the lean
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -147,7 +148,11 @@ def energy_ledger(
         SofthandError: as `build`, where that scenario can no longer be built.
     """
     plant = Plant(plant.world, plant.fingertips, plant.supports) if plant else _recorded_plant(recording)
-    check_states(plant, recording, "joint_torque", "contact_force", *(["support_force"] if plant.supports else []))
+    nt = plant.world.n_tips
+    leans = plant.pads["slope_function"] != 0
+    needed = ["joint_torque", "contact_force", *(["support_force"] if plant.supports else [])]
+    needed += [name for name, own in (("contact_moment", leans[:nt]), ("support_moment", leans[nt:])) if own.any()]
+    check_states(plant, recording, *needed)
     count = len(recording)
     chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
@@ -182,12 +187,26 @@ def energy_ledger(
 
 
 def is_spring(law: Law) -> bool:
-    """Whether the law has an energy, of the deformation alone: one that depends on the lean changes as a tip rolls."""
+    """Whether the law has an energy of the deformation alone; or one of the lean too, and its `moment` is the slope."""
     if law.energy is None:
         return False
     deformation = np.array([0.1 * law.radius, 0.02 * law.radius, 0.03 * law.radius, 0.1])
-    here, there = (law.energy(*law.arguments(deformation, *place)) for place in ((1.0, 0.5), (1.3, 1.5)))
-    return bool(here == there)
+    places = [law.arguments(deformation, *place) for place in ((1.0, 0.5), (1.3, 1.5))]
+    if law.moment is None:
+        here, there = (law.energy(*place) for place in places)
+        return bool(here == there)
+    return all(np.allclose(law.moment(*place), _rolling_moment(law, place), rtol=1e-5, atol=0.0) for place in places)
+
+
+def _rolling_moment(law: Law, place: Array) -> tuple[float, float]:
+    """m_1, m_2 of the energy, by central differences."""
+    assert law.energy is not None
+    slopes = []
+    for column in (4, 5):
+        move = _STEP * (np.arange(len(place)) == column)
+        slopes.append((law.energy(*(place + move)) - law.energy(*(place - move))) / (2.0 * _STEP))
+    upright = float(np.sqrt(1.0 - place[4] ** 2 - place[5] ** 2))
+    return -slopes[1] * upright, slopes[0] * upright
 
 
 def tip_energy(tip: Contact, contact: np.void) -> float:
@@ -252,16 +271,26 @@ def _energies(recording: Recording, plant: Plant, sample: int) -> tuple[float, f
 
 
 def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:
-    """J_delta^T f - F of all contacts at one sample, and their deformation; each of shape (nc, 4)."""
+    """J_delta^T f - F of all contacts at one sample, and their deformation, lean included; each of shape (nc, 6)."""
     _put(recording, plant, sample)
     contacts = plant.contacts
     force = recording.contact_force[sample]
     if plant.supports:
         force = np.concatenate([force, recording.support_force[sample]])
     touches = contacts["deformation"][:, 0] > 0.0
-    beyond = np.zeros((len(contacts), 4))
+    beyond = np.zeros((len(contacts), 6))
     beyond[:, 0] = force[:, 2]
     beyond[touches, 1] = (force[:, 0] - contacts["psi_per_x"] * force[:, 3])[touches] / contacts["theta_per_x"][touches]
     beyond[touches, 2] = force[touches, 1] / contacts["phi_per_y"][touches]
     beyond[:, 3] = force[:, 3]
-    return beyond - contacts["deformation_force"], contacts["deformation"].copy()
+    leans = plant.pads["slope_function"] != 0
+    if leans.any():
+        moment = np.zeros((len(contacts), 3))
+        rows = {"contact_moment": slice(plant.world.n_tips), "support_moment": slice(plant.world.n_tips, None)}
+        for name, own in rows.items():
+            if leans[own].any():
+                moment[own] = recording[name][sample]
+        beyond[leans, 4] = moment[leans, 1] / contacts["sin_Phi"][leans]
+        beyond[leans, 5] = -moment[leans, 0] / contacts["sin_Phi"][leans]
+    by_law = np.hstack([contacts["deformation_force"], contacts["lean_force"]])
+    return beyond - by_law, np.hstack([contacts["deformation"], contacts["lean"]])

@@ -23,8 +23,8 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         contact: one row of `records.CONTACT`, after `place_contact`.
         columns: velocities that move the tip, then those that move the object, padded with -1, shape (width,).
         J: world Jacobians of `Snapshot`.
-        jacobian: set, shape (width, 4), or (width, 6): then also, of a pad whose law has a moment, the rates of its lean,
-            see `leaning_columns`, and of an ellipsoid those at which z_C turns towards x_C and y_C as the pad sees it.
+        jacobian: set, shape (width, 4), or (width, 6): then also, of a pad whose law has a moment, the rates of its
+            lean, see `leaning_columns`, and of an ellipsoid those at which z_C turns towards x_C and y_C as it sees it.
     """
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
     R, own, rolls = contact.rotation, pad.own, pad.semi_axes[0] > 0.0

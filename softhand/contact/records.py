@@ -20,8 +20,8 @@ LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 
 STORED, REMEMBERED, LEANING = 3, 4, 2
-"""Numbers of a contact in z: what it stores, then for each relaxation the forces that it remembers, and behind these, if
-some law has a moment, the slopes of its energy by the lean. See `PAD`, remembered."""
+"""Numbers of a contact in z: what it stores, then for each relaxation the forces that it remembers, and behind these,
+if some law has a moment, the slopes of its energy by the lean. See `PAD`, remembered."""
 
 PLANE, SOLID, BALL, SIDE = range(4)
 """What the base of a contact is shaped like; a side is a plane as far as a solid reaches that it bounds."""

@@ -54,8 +54,8 @@ class Plant:
         pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
-        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids and laws that
-            have a moment 6, see `contact_jacobian`.
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids
+            and laws that have a moment 6, see `contact_jacobian`.
         touching: the four together, room for the dr of each where a step began, shape (nc,), and damping, friction and
             stops of the joints.
         rigid: mass matrix and velocity terms at any configuration.

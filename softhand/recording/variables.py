@@ -30,6 +30,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "deformation_component": ("dr", "dtheta", "dphi", "dpsi"),
     "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
+    "moment_component": ("m_x", "m_y", "m_z"),
     "shear_component": ("f_x", "f_y"),
     "angle": ("Theta", "Phi"),
     "coordinate": ("theta", "phi", "alpha_o_1", "alpha_o_2", "psi"),
@@ -80,6 +81,12 @@ VARIABLES: dict[str, Variable] = {
     "contact_force": Variable(
         (*_CONTACT, "force_component"), "N, N, N, N m", "force and torsion on the object, in the contact frame"
     ),
+    "contact_moment": Variable(
+        (*_CONTACT, "moment_component"),
+        "N m",
+        "moment on the object that the lean of the tip adds to contact_force, in the contact frame; under laws with a "
+        "moment alone",
+    ),
     "contact_angles": Variable((*_CONTACT, "angle"), "rad", "angles of the contact on the hemisphere"),
     "contact_point": Variable((*_CONTACT, "xyz"), "m", "contact point, in the world"),
     "contact_rotation": Variable((*_CONTACT, "row", "column"), "1", "rotation from the contact frame to the world"),
@@ -113,6 +120,7 @@ VARIABLES: dict[str, Variable] = {
     "support_force": Variable(
         (*_SUPPORT, "force_component"), "N, N, N, N m", "force and torsion of a support, in its contact frame"
     ),
+    "support_moment": Variable((*_SUPPORT, "moment_component"), "N m", "contact_moment of a support, likewise"),
     "support_deformation": Variable(
         (*_SUPPORT, "surface_component"), "m, m, m, rad", "depth, shear and torsion of a support"
     ),

@@ -116,6 +116,9 @@ def describe_contacts(touch, at_tips):
         at_tips.contact_feature[i], at_tips.is_slipping[i] = contact.feature, contact.is_slipping
         at_tips.slip_travel[i], at_tips.slip_twist[i] = contact.slip_travel, contact.slip_twist
         at_tips.slip_loss[i] = contact.slip_loss
+    for i in range(at_tips.contact_moment.shape[0]):
+        for k in range(3):
+            at_tips.contact_moment[i, k] = touch.contacts[i].moment[k]
 
 
 @compiled
@@ -218,3 +221,6 @@ def describe_supports(contacts, first, supports):
             for k in range(3):
                 supports.support_rotation[i, row, k] = contact.rotation[row, k]
         supports.support_is_slipping[i], supports.support_slip_loss[i] = contact.is_slipping, contact.slip_loss
+    for i in range(supports.support_moment.shape[0]):
+        for k in range(3):
+            supports.support_moment[i, k] = contacts[first + i].moment[k]

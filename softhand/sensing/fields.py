@@ -33,6 +33,10 @@ class Sizes(NamedTuple):
     """of contacts that an internal force acts between"""
     taxels: int = 0
     """taxels of each tip"""
+    leaning: int = 0
+    """contacts of the fingertips if some law of theirs has a moment, or none"""
+    leaning_supports: int = 0
+    """supports, likewise"""
 
 
 RECORDED = {
@@ -45,6 +49,7 @@ RECORDED = {
     "tip_position": "nc 3",
     "deformation": "nc 4",
     "contact_force": "nc 4",
+    "contact_moment": "leaning 3",
     "contact_angles": "nc 2",
     "contact_point": "nc 3",
     "contact_rotation": "nc 3 3",
@@ -58,6 +63,7 @@ RECORDED = {
     "slip_twist": "nc",
     "slip_loss": "nc",
     "support_force": "ns 4",
+    "support_moment": "leaning_supports 3",
     "support_deformation": "ns 4",
     "support_point": "ns 3",
     "support_rotation": "ns 3 3",

@@ -54,7 +54,11 @@ def contact_loads(
     What forces cannot carry then, as about the line between two contacts, torsions do, as small as they can be.
 
     Args:
-        world: and all that follow, as there.
+        world: as there, like the next four.
+        points: likewise.
+        position: likewise.
+        rotation: likewise.
+        internal_force: likewise.
         moments: wrench on the object of all moments of the tips: force [N], moment about the object frame [N m] in the
             world, shape (6,).
         normals: into the object at the contacts, in the world, shape (nc, 3).
