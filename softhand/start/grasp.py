@@ -21,7 +21,7 @@ from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
-from softhand.start.leaning import BALANCED, TURNS, Leaning
+from softhand.start.leaning import TURNS, Leaning
 from softhand.start.outer import ON_SURFACE, check_is_outer, check_touches_alone
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
@@ -153,16 +153,13 @@ def solve_grasp(
         arm.move(angles)
         q = arm.q.copy()
         world.set_object_pose(position, rotation, q)
-        if not leaning.are_any:
-            break
-        changed = leaning.update(q, deformation, forces[:, 3])
-        if changed <= BALANCED * (1.0 + float(np.max(np.abs(forces[:, :3])))):
+        if not leaning.are_any or leaning.update(q, deformation, forces):
             break
     else:
         raise GraspError(
-            f"the moments of the leaning tips and the contact forces do not come into balance: {changed:.2g} N are "
+            f"the moments of the leaning tips and the contact forces do not come into balance: {leaning.change:.2g} N are "
             "left. Lower grasp.internal_force, or move the contact points to where the tips lean less.",
-            finger="", quantity="moment", value=changed,
+            finger="", quantity="moment", value=leaning.change,
         )  # fmt: skip
     for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
         there = rotation.T @ (point - position)

@@ -14,8 +14,7 @@ from softhand.plant.plant import Plant
 
 TURNS = 60
 """Most of the turns in which forces and moments are brought into balance."""
-BALANCED = 1e-13
-"""Change of the moments in the last turn, over the load, moments counting by the radius of a tip."""
+_BALANCED, _NEARLY = 1e-13, 1e-9  # change in the last turn over the largest force; what rounding may leave of it
 
 
 class Leaning:
@@ -25,6 +24,7 @@ class Leaning:
         wrench: on the object, force [N] and moment about the object frame [N m] in the world, shape (6,).
         torque: what they and the torsions ask of the joints [N m, N], shape (n,).
         slopes: dU/dlean of the law at each tip, before it relaxes [J], shape (nc, 2).
+        change: of the wrench in the last turn, moments over the radius of a tip [N].
     """
 
     def __init__(self, world: World, fingertips: Sequence[Fingertip]) -> None:
@@ -33,17 +33,19 @@ class Leaning:
         self._plant: Plant | None = None
         self.wrench, self.torque = np.zeros(6), np.zeros(world.n_joints)
         self.slopes = np.zeros((len(fingertips), 2))
+        self.change = np.inf
+        self._scale = np.repeat([1.0, 1.0 / max(tip.law.radius for tip in fingertips)], 3)
 
-    def update(self, q: Array, deformation: Array, torsions: Array) -> float:
+    def update(self, q: Array, deformation: Array, forces: Array) -> bool:
         """The moments at a grasp.
 
         Args:
             q: hand and object, shape (nq,).
             deformation: of each tip, shape (nc, 4).
-            torsions: about the normals [N m], shape (nc,).
+            forces: as of `contact_loads`, shape (nc, 4).
 
         Returns:
-            By how much the wrench changed, force or moment over the radius of a tip [N].
+            Whether they are what the forces were found with.
         """
         world = self._world
         if self._plant is None:
@@ -57,9 +59,10 @@ class Leaning:
             touch = plant.columns[k], plant.contact_columns[k]
             self.slopes[k] = plant.contacts["lean_force"][k]
             add_contact_moment(*touch, tip.damping.relaxed() * self.slopes[k], by_moments)
-            add_contact_force(*touch, np.array([0.0, 0.0, 0.0, torsions[k]]), by_torsions)
-        R, before = world.object_rotation(q), self.wrench
+            add_contact_force(*touch, np.array([0.0, 0.0, 0.0, forces[k, 3]]), by_torsions)
+        R, wrench, change = world.object_rotation(q), self.wrench, self.change
         self.wrench = np.concatenate([R @ by_moments[-6:-3], R @ by_moments[-3:]])
         self.torque = -(by_moments + by_torsions)[: world.n_joints]
-        scale = np.repeat([1.0, 1.0 / max(tip.law.radius for tip in self._fingertips)], 3)
-        return float(np.max(np.abs(scale * (self.wrench - before))))
+        self.change = float(np.max(np.abs(self._scale * (self.wrench - wrench))))
+        size = float(np.max(np.abs(forces[:, :3])))
+        return self.change <= _BALANCED * size or 0.5 * change <= self.change <= _NEARLY * size
