@@ -10,14 +10,13 @@ import pinocchio as pin
 import pytest
 from hands import reference_task
 
-from softhand import Recording, build, equilibrium, load_scenario, simulate
+from softhand import build, equilibrium, load_scenario, simulate
 from softhand.assembly.parts import read_controller
+from softhand.contact.pads import Support
+from softhand.contact.supports import table_plane
 from softhand.errors import LawError
-from softhand.laws.law import check_law
-from softhand.recording.recording import Recording
-from softhand.scenario.scenario import Scenario, with_law
 from softhand.laws.bulk import Bulk
-from softhand.laws.law import Law
+from softhand.laws.law import Law, check_law
 from softhand.laws.parallel_distributed import ParallelDistributed
 from softhand.model.shapes.box import Box
 from softhand.model.shapes.cylinder import Cylinder
@@ -29,6 +28,7 @@ from softhand.numerics.spatial import rotation_of
 from softhand.plant.dynamics import add_contact_force, add_contact_moment
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
+from softhand.scenario.scenario import Scenario, with_law
 
 R = 0.010  # [m]
 
@@ -85,7 +85,7 @@ def plant_with(law: Law, shape: Shape | None) -> Plant:
 
 
 def touching(plant: Plant, rng: np.random.Generator) -> State:
-    """Hand and object in general position, tip 0 pressed into the nearest place of the object, with shear and torsion."""
+    """Hand and object in general position, tip 0 pressed into the object, with shear and torsion."""
     world = plant.world
     while True:
         q, v, rotation = np.zeros(world.nq), rng.normal(size=world.nv), rotation_of(rng.normal(size=3))
@@ -150,7 +150,7 @@ def test_force_torsion_and_moment_are_the_slope_of_the_energy(law: Law, shape: s
 
 @by_name
 def test_the_moment_on_a_face_is_a_couple_on_the_object(law: Law) -> None:
-    """m_1, m_2 about the axes of the face and m_3 about its normal, by differences of the energy; no force beside it."""
+    """m_1, m_2 about the axes of the face and m_3 about its normal, by differences of the energy, and no force."""
     plant, rng = plant_with(law, None), np.random.default_rng(8)
     for _ in range(5):
         state = touching(plant, rng)
@@ -175,12 +175,12 @@ def test_the_moment_on_a_face_is_a_couple_on_the_object(law: Law) -> None:
         np.testing.assert_allclose(out[-3:], on_object, rtol=1e-7, atol=1e-9 * np.linalg.norm(m))
 
 
-# ---------------------------------------------------------------------------------------------------------------- grasps
+# ---------------------------------------------------------------------------------------------------------- grasps
 
 
+PUSH: dict[str, Any] = {"force": [0.5, -0.3, 0.4], "moment": [0.003, 0.002, -0.004], "start": 0.01, "duration": 0.05}
 RELAXING = {"fingertip.damping": {"name": "fung", "shares": [0.2, 0.1], "rates": [20.0, 3.0]}}
 CAN_SLIP = {"fingertip.contact": "coulomb"}
-COUPLED = {"scenario": "gripper"}
 
 
 def scenario(law: str, values: dict[str, Any] | None = None, name: str = "target-a") -> Scenario:
@@ -205,7 +205,7 @@ def test_a_grasp_starts_at_rest(law: str, values: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("name", ["can", "gripper"])
 def test_a_grasp_of_another_shape_or_with_coupled_joints_starts_at_rest(name: str) -> None:
-    """On a can the moments have a force beside them, as the normal turns along it; jaws with one motor move together."""
+    """On a can the moments have a force beside them, as its normal turns; jaws with one motor move together."""
     simulation = build(scenario("bulk", name=name))
     plant, state = simulation.plant, simulation.state
     plant.update(*state.arrays)
@@ -232,7 +232,7 @@ def test_what_is_left_to_a_controller_that_knows_no_moments(law: Law) -> None:
     rest = equilibrium(at, law=law)
     simulation = build(at, law=law)
     simulation.reset(rest.state)
-    plant, state, seen = simulation.plant, simulation.state, simulation.sample()
+    plant, seen = simulation.plant, simulation.sample()
     n, moved = plant.world.n_joints, np.zeros(plant.world.nv)
     for k in range(plant.world.n_tips):
         touch = plant.columns[k], plant.contact_columns[k]
@@ -246,3 +246,130 @@ def test_what_is_left_to_a_controller_that_knows_no_moments(law: Law) -> None:
     error = seen.object_coordinates - seen.object_coordinates_desired
     np.testing.assert_allclose(stiffness * error, wrench, rtol=1e-6, atol=1e-8)
     assert np.linalg.norm(error) > 1e-4
+
+
+@pytest.mark.parametrize("law", ["bulk", "parallel-distributed"])
+def test_a_turned_world_runs_alike(law: str) -> None:
+    """The hand on another base, and gravity turned with it: the same forces and moments in the contact frames."""
+    turn, shift = rotation_of((0.4, -0.3, 1.1)), np.array([0.3, -0.1, 0.2])
+    plain = load_scenario("hold").with_values({"duration": 0.1, "push": [PUSH], "reference": {"kind": "hold"}})
+    runs = []
+    for R_B, p_B in ((np.eye(3), np.zeros(3)), (turn, shift)):
+        push = {**PUSH, "force": (R_B @ PUSH["force"]).tolist(), "moment": (R_B @ PUSH["moment"]).tolist()}
+        rotation = R_B @ rotation_of(plain.object.rpy)
+        runs.append(simulate(with_law(plain, law).with_values({
+            "hand.position": p_B.tolist(), "hand.rpy": pin.rpy.matrixToRpy(R_B).tolist(),
+            "gravity": (R_B @ np.asarray(plain.gravity)).tolist(), "push": [push],
+            "object.position": (p_B + R_B @ np.asarray(plain.object.position)).tolist(),
+            "object.rpy": pin.rpy.matrixToRpy(rotation).tolist(),
+        })))  # fmt: skip
+    one, other = runs
+    for name, scale in (("contact_moment", 1e-3), ("contact_force", 1.0), ("joint_position", 1.0)):
+        np.testing.assert_allclose(other[name], one[name], rtol=0.0, atol=1e-9 * scale, err_msg=name)
+    assert np.ptp(one.contact_moment[..., 0], axis=0).max() > 1e-5
+
+
+@by_name
+def test_a_mirrored_contact_has_the_mirrored_moment(law: Law, rng: np.random.Generator) -> None:
+    """Shipped laws prefer no direction and no hand: m turns about the normal with lean and shear, as a pseudovector."""
+    for _ in range(5):
+        lean, s = rng.uniform(-0.4, 0.4, 2), rng.normal(0.0, 5e-4, 2)
+        d, psi, angle = rng.uniform(1e-3, 3e-3), rng.normal(0.0, 0.1), rng.uniform(-3.0, 3.0)
+        rest = law.parameters()
+        assert law.moment is not None
+        m = np.array(law.moment(d, *s, psi, *lean, *rest))
+        if isinstance(law, Lopsided):
+            mirrored = law.moment(d, s[0], -s[1], -psi, lean[0], -lean[1], *rest)
+            assert not np.allclose(mirrored, [-m[0], m[1]], rtol=1e-3)
+            return
+        Q = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        np.testing.assert_allclose(law.moment(d, *(Q @ s), psi, *(Q @ lean), *rest), Q @ m, rtol=1e-10, atol=1e-15)
+        mirrored = law.moment(d, s[0], -s[1], -psi, lean[0], -lean[1], *rest)
+        np.testing.assert_allclose(mirrored, [-m[0], m[1]], rtol=1e-12, atol=1e-18)
+
+
+def test_the_steppers_agree() -> None:
+    """Midpoint comes to rk4 as the square of its step, over the moments too."""
+    fine = simulate(scenario("bulk", {"duration": 0.2, "stepper": {"name": "rk4", "step": 1.25e-4}}))
+    off = []
+    for step in (1e-3, 5e-4):
+        run = simulate(scenario("bulk", {"duration": 0.2, "stepper": {"name": "midpoint", "step": step}}))
+        off.append(np.abs(run.object_position - fine.object_position).max())
+        assert np.abs(run.contact_moment - fine.contact_moment).max() < 2e-6
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.3)
+
+
+def test_what_lifts_off_has_no_moment() -> None:
+    """Without touch nothing is transmitted, also by a tip that may slip and stored something before."""
+    for shape in ("plane", "box"):
+        plant, rng = plant_with(Bulk(radius=R), SHAPES[shape]), np.random.default_rng(2)
+        state = touching(plant, rng)
+        assert np.abs(plant.contacts["moment"][0]).max() > 1e-5
+        state.q[-7:-4] += 0.02 * plant.contacts["rotation"][0, :, 2]
+        plant.update(*state.arrays)
+        assert plant.contacts["deformation"][0, 0] < 0.0
+        for name in ("moment", "lean_elastic", "lean_force"):
+            np.testing.assert_array_equal(plant.contacts[name][0], 0.0)
+
+
+# ----------------------------------------------------------------------------------------------------------------- laws
+
+
+class Threefold(Lopsided):
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean1, lean2, radius, k, k_psi):  # type: ignore[no-untyped-def,override]
+        return 0.0, 0.0, 0.0
+
+
+class Endless(Lopsided):
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean1, lean2, radius, k, k_psi):  # type: ignore[no-untyped-def,override]
+        return float("inf"), 0.0
+
+
+class Polar(Law):
+    @staticmethod
+    def force(dr, dtheta, dphi, dpsi, phi, radius):  # type: ignore[no-untyped-def,override]
+        return 1e3 * dr, dtheta, dphi, dpsi
+
+    @staticmethod
+    def moment(dr, dtheta, dphi, dpsi, phi, radius):  # type: ignore[no-untyped-def,override]
+        return 0.0, 0.0
+
+
+class Unlike(Lopsided):
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean, radius, k, k_psi):  # type: ignore[no-untyped-def,override]
+        return 0.0, 0.0
+
+
+class Bound(Lopsided):
+    def moment(self, dr):  # type: ignore[no-untyped-def,override]
+        return 0.0, 0.0
+
+
+@pytest.mark.parametrize(
+    ("law", "told"),
+    [
+        (Threefold, r"law 'Threefold': moment must return 2 finite numbers, got \[0.0, 0.0, 0.0\]"),
+        (Endless, r"law 'Endless': moment must return 2 finite numbers, got \[inf, 0.0\]"),
+        (Polar, r"law 'Polar': it has a `moment`, and polar coordinates, in which no contact transmits one: write"),
+        (Unlike, r"law 'Unlike': moment must take dr, s1, s2, psi, lean1, lean2, radius, k, k_psi \(9 numbers\)"),
+        (Bound, r"law 'Bound': moment is no static method; write @staticmethod above it"),
+    ],
+)
+def test_a_moment_that_cannot_be_used_is_named(law: type[Law], told: str) -> None:
+    with pytest.raises(LawError, match=told) as raised:
+        check_law(law(radius=R))
+    assert raised.value.law == law.__name__
+
+
+def test_where_a_tip_cannot_lean_a_moment_is_refused() -> None:
+    """An ellipsoid under the object has no axis."""
+    task = reference_task()
+    support = Support(
+        "egg", Bulk(radius=R), 0.5, task.world.object_joint, np.zeros(3), 0.0, 0, table_plane(0.0),
+        semi_axes=(0.02, 0.01, 0.03),
+    )  # fmt: skip
+    with pytest.raises(LawError, match="law 'Bulk' has a `moment`, which egg does not transmit"):
+        Plant(task.world, task.fingertips, [support])
