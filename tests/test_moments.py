@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from hands import reference_task
 
-from softhand import build, equilibrium, load_scenario, simulate
+from softhand import build, equilibrium, grasp_quality, load_scenario, simulate, squeeze
 from softhand.assembly.parts import read_controller
 from softhand.contact.pads import Support
 from softhand.contact.supports import table_plane
@@ -373,3 +373,25 @@ def test_where_a_tip_cannot_lean_a_moment_is_refused() -> None:
     )  # fmt: skip
     with pytest.raises(LawError, match="law 'Bulk' has a `moment`, which egg does not transmit"):
         Plant(task.world, task.fingertips, [support])
+
+
+def test_the_table_of_a_grasp_has_the_forces_and_torques_of_its_start() -> None:
+    """Those that are in balance with the moments."""
+    bent = scenario("bulk", CAN_SLIP)
+    found, simulation = grasp_quality(bent), build(bent)
+    plant, state = simulation.plant, simulation.state
+    plant.update(*state.arrays)
+    contacts, n = plant.tip_contacts, plant.world.n_joints
+    in_world = np.einsum("kab,kb->ka", contacts["rotation"], contacts["force"][:, :3])
+    np.testing.assert_allclose(found.forces, in_world, rtol=1e-8, atol=1e-9)
+    still = plant.rigid.mass_matrix(state.q) @ plant.acceleration(np.zeros(n), np.zeros(plant.world.nv))
+    torque = np.concatenate([finger.torque for finger in found.fingers])
+    np.testing.assert_allclose(torque, -still[:n], rtol=1e-8, atol=1e-10)
+
+
+def test_what_counts_forces_alone_refuses_moments_by_name() -> None:
+    """How far a grasp holds, by forces and torsions."""
+    with pytest.raises(
+        LawError, match="law 'Bulk' transmits moments where the tips lean, and how a grasp holds is told"
+    ):
+        squeeze(scenario("bulk", CAN_SLIP))

@@ -20,7 +20,7 @@ from softhand.model.terms import RigidTerms
 from softhand.model.world import World
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.straight import structure_of
-from softhand.plant.dynamics import accelerate
+from softhand.plant.dynamics import accelerate, add_contact_moment
 from softhand.plant.resistance import Resistance, become, evaluate_resistance, resistance_of
 from softhand.plant.state import State, is_at, set_at
 from softhand.tactile.taxels import Taxels
@@ -241,6 +241,13 @@ class Plant:
         for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
             rows[:, columns[columns >= 0]] = values[columns >= 0, :4].T
         return jacobian
+
+    def moment_force(self) -> Array:
+        """Generalized force of the moments of the contacts at the last state, shape (nv,); zero if no law has any."""
+        out = np.zeros(self.world.nv)
+        for contact, columns, jacobian in zip(self.contacts, self.columns, self.contact_columns, strict=True):
+            add_contact_moment(columns, jacobian, contact["lean_elastic"], out)
+        return out
 
     def acceleration(self, torque: Array, out: Array) -> Array:
         """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).

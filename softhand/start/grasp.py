@@ -21,7 +21,7 @@ from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
-from softhand.start.leaning import TURNS, Leaning
+from softhand.start.leaning import TURNS, Leaning, Leant
 from softhand.start.outer import ON_SURFACE, check_is_outer, check_touches_alone
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
@@ -42,6 +42,7 @@ class Grasp:
         force: f_x, f_y, f_z [N] and tau [N m] on the object in C_F, shape (nc, 4).
         angles: Theta, Phi [rad], shape (nc, 2).
         friction_use: |f_t| / (mu f_z), shape (nc,).
+        leant: forces in the world and torques where tips have moments; None where no law has any.
     """
 
     state: State
@@ -49,6 +50,7 @@ class Grasp:
     force: Array
     angles: Array
     friction_use: Array
+    leant: Leant | None = None
 
 
 def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
@@ -157,8 +159,8 @@ def solve_grasp(
             break
     else:
         raise GraspError(
-            f"the moments of the leaning tips and the contact forces do not come into balance: {leaning.change:.2g} N are "
-            "left. Lower grasp.internal_force, or move the contact points to where the tips lean less.",
+            "the moments of the leaning tips and the contact forces do not come into balance: "
+            f"{leaning.change:.2g} N are left. Lower grasp.internal_force, or move the contact points to where the tips lean less.",
             finger="", quantity="moment", value=leaning.change,
         )  # fmt: skip
     for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
@@ -174,7 +176,7 @@ def solve_grasp(
     all_of_it = np.tile(remembered, relaxations)  # all is relaxed
     memory[:, STORED : STORED + all_of_it.shape[1]] = all_of_it
     state = State(q, np.zeros(world.nv), memory)
-    return Grasp(state, deformation, contact_force, contact_angles, use)
+    return Grasp(state, deformation, contact_force, contact_angles, use, leaning.leant)
 
 
 def _settled(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,22 @@ TURNS = 60
 _BALANCED, _NEARLY = 1e-13, 1e-9  # change in the last turn over the largest force; what rounding may leave of it
 
 
+class Leant(NamedTuple):
+    """What a grasp whose tips have moments asks for."""
+
+    forces: Array
+    """On the object, in the world [N], shape (nc, 3)."""
+    torque: Array
+    """Of the joints by moments and torsions, beside J^T f and gravity [N m, N], shape (n,)."""
+
+
 class Leaning:
     """The moments of a hand that holds an object at rest; all zero where no law has any.
 
     Attributes:
         wrench: on the object, force [N] and moment about the object frame [N m] in the world, shape (6,).
         torque: what they and the torsions ask of the joints [N m, N], shape (n,).
+        leant: forces that are in balance with them, and that torque; None where no law has a moment.
         slopes: dU/dlean of the law at each tip, before it relaxes [J], shape (nc, 2).
         change: of the wrench in the last turn, moments over the radius of a tip [N].
     """
@@ -33,6 +44,7 @@ class Leaning:
         self._plant: Plant | None = None
         self.wrench, self.torque = np.zeros(6), np.zeros(world.n_joints)
         self.slopes = np.zeros((len(fingertips), 2))
+        self.leant: Leant | None = None
         self.change = np.inf
         self._scale = np.repeat([1.0, 1.0 / max(tip.law.radius for tip in fingertips)], 3)
 
@@ -64,5 +76,5 @@ class Leaning:
         self.wrench = np.concatenate([R @ by_moments[-6:-3], R @ by_moments[-3:]])
         self.torque = -(by_moments + by_torsions)[: world.n_joints]
         self.change = float(np.max(np.abs(self._scale * (self.wrench - wrench))))
-        size = float(np.max(np.abs(forces[:, :3])))
+        self.leant, size = Leant(forces[:, :3].copy(), self.torque), float(np.max(np.abs(forces[:, :3])))
         return self.change <= _BALANCED * size or 0.5 * change <= self.change <= _NEARLY * size

@@ -121,7 +121,7 @@ def check_friction(name: str, friction: float, pressing: float, force: Array, no
         )  # fmt: skip
 
 
-def check_torques(arm: Arm, forces: Array, points: Sequence[Array], moments: Array) -> None:
+def check_torques(arm: Arm, forces: Array, points: Sequence[Array], moments: Array | float = 0.0) -> None:
     """The joints can hold what the grasp asks of them, forces on the object and the torques that moments ask for."""
     world = arm.world
     torque = arm.gravity_torque() + moments
