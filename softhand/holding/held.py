@@ -162,7 +162,7 @@ def held_by(
     for law in (tip.law for tip in fingertips if tip.law.moment is not None):
         raise LawError(
             f"law '{type(law).__name__}' transmits moments where the tips lean, and how a grasp holds is told by "
-            "forces and torsions alone; take a law without a `moment`, such as `conservative`, or push in a simulation.",
+            "forces and torsions alone; take a law without, such as `conservative`, or push in a simulation.",
             law=type(law).__name__,
         )
     open_tips = [name for name, row in zip(observed.tip_names, observed.contact_force, strict=True) if not row[2] > 0.0]

@@ -41,7 +41,7 @@ def compile_slope(moment: Callable[..., Any], source: str, has_module: bool, n_a
 
     def entry(arguments, results):
         source  # noqa: B018  a change of the formula changes this closure, and with it the key on disk
-        x = to_fixed_tuple(carray(arguments, n_arguments), n_arguments)  # type: ignore[call-arg]
+        x: Any = to_fixed_tuple(carray(arguments, n_arguments), n_arguments)  # type: ignore[call-arg]
         values = moment(*x)
         results[0], results[1] = slope_of(values[0], values[1], x[LEAN], x[LEAN + 1])
 

@@ -160,7 +160,8 @@ def solve_grasp(
     else:
         raise GraspError(
             "the moments of the leaning tips and the contact forces do not come into balance: "
-            f"{leaning.change:.2g} N are left. Lower grasp.internal_force, or move the contact points to where the tips lean less.",
+            f"{leaning.change:.2g} N are left. Lower grasp.internal_force, or move the contact points to where the "
+            "tips lean less.",
             finger="", quantity="moment", value=leaning.change,
         )  # fmt: skip
     for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
