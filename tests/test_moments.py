@@ -148,6 +148,20 @@ def test_force_torsion_and_moment_are_the_slope_of_the_energy(law: Law, shape: s
     assert features == {"plane": {1}, "box": {1, 2, 3}, "can": {1, 2}}.get(shape, {1})
 
 
+def test_where_the_frame_jumps_nothing_pulls() -> None:
+    """On the far side of a ball the tangent of the frame is taken anew: within its jump there is no rate of it."""
+    plant, rng = plant_with(Bulk(radius=R), SHAPES["ball"]), np.random.default_rng(3)
+    state = touching(plant, rng)
+    n, t = plant.pads["face_normal"][0], plant.pads["face_tangent"][0]
+    rotation, size = plant.world.object_rotation(state.q), []
+    for cosine in (-0.9989, -0.999 + 1e-9, -0.999, -0.999 - 1e-9, -0.9991):
+        normal = cosine * n + np.sqrt(1.0 - cosine**2) * (0.6 * t + 0.8 * np.cross(n, t))
+        state.q[-7:-4] = plant.contacts["tip"][0] - rotation @ (CENTRE + (0.025 + R - 2e-3) * normal)
+        plant.update(*state.arrays)
+        size.append(np.abs(plant.contacts["turning"][0]).max())
+    assert max(size) < 50.0 / (R - 2e-3) and size[2] < size[0] and size[0] > 1e3
+
+
 @by_name
 def test_the_moment_on_a_face_is_a_couple_on_the_object(law: Law) -> None:
     """m_1, m_2 about the axes of the face and m_3 about its normal, by differences of the energy, and no force."""

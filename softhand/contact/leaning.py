@@ -14,10 +14,11 @@ from softhand.contact.axes import turned_tangent
 from softhand.contact.geometry import meet_ball
 from softhand.contact.records import BALL, SOLID
 from softhand.contact.solid import meet_solid
-from softhand.numerics.branches import usually
+from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 _STEP = 1e-5  # of the radius, in differences of the frame
+_MOST = 50.0  # times one over the distance: what turns faster jumps, as the normal does between parts of a union
 _FACE = 1
 
 
@@ -65,8 +66,8 @@ def set_turning(pad, base_pose, contact):
 
         w_C = W (u_x, u_y),   z_C' = w_C x z_C,   x_C' = w_C x x_C        relative to the object, in C_F
 
-    Zero on a plane face. Elsewhere, on curved surfaces, edges and vertices, by central differences of the nearest
-    point, which any shape has. After `place_contact`.
+    Zero on a plane face, and where the frame jumps. Elsewhere, on curved surfaces, edges and vertices, by central
+    differences of the nearest point, which any shape has. After `place_contact`.
     """
     turning, R, n = contact.turning, contact.rotation, contact.normal
     turning[:] = 0.0
@@ -88,6 +89,9 @@ def set_turning(pad, base_pose, contact):
             turning[0, k] += dn * y[row] / (2.0 * step)
             turning[1, k] -= dn * x[row] / (2.0 * step)
             turning[2, k] += dt * y[row] / (2.0 * step)
+        fastest = max(abs(turning[0, k]), abs(turning[1, k]), abs(turning[2, k]))
+        if seldom(not fastest * max(abs(distance), 0.1 * pad.radius) <= _MOST):
+            turning[0, k], turning[1, k], turning[2, k] = 0.0, 0.0, 0.0
     # as it was
     contact.distance, contact.feature = distance, feature
     for row in range(3):
