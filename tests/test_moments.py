@@ -409,3 +409,12 @@ def test_what_counts_forces_alone_refuses_moments_by_name() -> None:
         LawError, match="law 'Bulk' transmits moments where the tips lean, and how a grasp holds is told"
     ):
         squeeze(scenario("bulk", CAN_SLIP))
+
+
+def test_instruments_do_not_measure_moments() -> None:
+    """A controller behind instruments is told so by NaN; the recording has the truth."""
+    simulation = build(scenario("bulk", {"duration": 0.005, "sensing": {"seed": 1, "contact_force": {"noise": 0.01}}}))
+    recording = simulation.run()
+    assert np.isnan(simulation.sample().contact_moment).all()
+    assert np.isfinite(recording.contact_moment).all() and np.abs(recording.contact_moment).max() > 1e-3
+    assert "contact_moment" not in simulate(load_scenario("target-a").with_values({"duration": 0.003})).variables
