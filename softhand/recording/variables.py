@@ -49,6 +49,9 @@ COMMANDED = {
 }
 """What it asked for, by what it commands; there under [actuation] alone."""
 
+MOMENTS = ("contact_moment", "support_moment")
+"""There under laws with a moment alone."""
+
 FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
 """What a run does not record; `softhand.incipient_slip` finds it in a recording."""
 
