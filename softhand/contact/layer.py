@@ -80,8 +80,6 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
     _respond(pad, contact, memory, lead, with_stiffness)
     if with_stiffness and pad.semi_axes[0] > 0.0:
         roll_stiffness(pad, pose, contact)
-    if with_stiffness and pad.slope_function != 0:
-        bend_stiffness(pad, contact)
 
 
 @compiled
@@ -123,6 +121,8 @@ def _respond(pad, contact, memory, lead, with_stiffness):
     if not with_stiffness:
         return
     answer_stiffness(pad, contact)
+    if pad.slope_function != 0:
+        bend_stiffness(pad, contact, slips or pulls)
     if pulls:
         stiffness[2, :] = 0.0
     if slips:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from softhand.contact.address import call
 from softhand.contact.axes import turned_tangent
 from softhand.contact.geometry import meet_ball
@@ -40,24 +42,65 @@ def answer_lean(pad, contact):
 
 
 @compiled
-def bend_stiffness(pad, contact):
-    """`rolling`, the derivative of `lean_elastic` by the lean, as far as it is positive.
+def bend_stiffness(pad, contact, is_loose):
+    """`rolling`, the derivative D of `lean_elastic` by the lean, and `leaning`, B, that of the force.
 
-    A stepper adds it to its matrix so that no step is too long; what is negative is no danger to it. After `answer`.
+    With the stiffness A of the force they are the second derivatives of the energy. A stepper adds these to its matrix,
+    as a longer step needs them; D as far as it makes D - B^T A^-1 B, what is left where the force gives way, not
+    negative. After `answer_stiffness`.
+
+    Args:
+        pad: one row of `records.PAD`.
+        contact: one row of `records.CONTACT`.
+        is_loose: of a tip that slips or does not press, whose force does not answer to the lean: B is 0.
     """
-    bend, rolling = contact.derivatives, contact.rolling
+    bend, rolling, B = contact.derivatives, contact.rolling, contact.leaning
     call(pad.bend_function, pad.law_arguments, bend)  # type: ignore[call-arg]
     share = contact.kept if pad.is_damped and usually(contact.is_damped > 0) else 1.0
     a, b, c = share * bend[0], 0.5 * share * (bend[1] + bend[2]), share * bend[3]
+    for i in range(2):
+        B[2, i] = share * bend[4 + 4 * i]
+        B[0, i], B[1, i] = share * bend[5 + 4 * i], share * bend[6 + 4 * i]
+        B[3, i] = share * bend[7 + 4 * i]
+    given, mixed, other = 0.0, 0.0, 0.0
+    if not is_loose:
+        given, mixed, other = _given(contact.stiffness, B)
+    if is_loose or not usually(given >= 0.0):
+        B[:] = 0.0
+        given, mixed, other = 0.0, 0.0, 0.0
+    a, b, c = a - given, b - mixed, c - other
     mean, spread = 0.5 * (a + c), math.sqrt((0.5 * (a - c)) ** 2 + b * b)
     least, most = mean - spread, mean + spread
     if least >= 0.0:
-        rolling[0], rolling[1], rolling[2] = a, b, c
+        left, least = 1.0, 0.0
     elif most <= 0.0:
-        rolling[0], rolling[1], rolling[2] = 0.0, 0.0, 0.0
+        left, least = 0.0, 0.0
     else:
         left = most / (most - least)
-        rolling[0], rolling[1], rolling[2] = left * (a - least), left * b, left * (c - least)
+    rolling[0], rolling[1], rolling[2] = left * (a - least) + given, left * b + mixed, left * (c - least) + other
+
+
+@compiled
+def _given(K, B):
+    """xx, xy, yy of B^T A^-1 B, A the symmetric part of K; -1 if A is not positive definite."""
+    rows = np.empty((4, 6))
+    for i in range(4):
+        for j in range(4):
+            rows[i, j] = 0.5 * (K[i, j] + K[j, i])
+        rows[i, 4], rows[i, 5] = B[i, 0], B[i, 1]
+    xx, xy, yy = 0.0, 0.0, 0.0
+    for i in range(4):
+        pivot = rows[i, i]
+        if not usually(pivot > 0.0):
+            return -1.0, 0.0, 0.0
+        xx += rows[i, 4] * rows[i, 4] / pivot
+        xy += rows[i, 4] * rows[i, 5] / pivot
+        yy += rows[i, 5] * rows[i, 5] / pivot
+        for k in range(i + 1, 4):
+            part = rows[k, i] / pivot
+            for j in range(i + 1, 6):
+                rows[k, j] -= part * rows[i, j]
+    return xx, xy, yy
 
 
 @compiled
@@ -126,6 +169,7 @@ def let_lean(contact):
     contact.lean_elastic[:] = 0.0
     contact.moment[:] = 0.0
     contact.rolling[:] = 0.0
+    contact.leaning[:] = 0.0
 
 
 @compiled

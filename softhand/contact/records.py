@@ -134,6 +134,7 @@ CONTACT = np.dtype(
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
         ("damping", np.float64, 4),  # d force / d velocity in C_F, a diagonal
         ("rolling", np.float64, 3),  # xx, xy, yy [N m] of what columns 4 and 5 of the Jacobian say: `roll_stiffness`
+        ("leaning", np.float64, (4, 2)),  # d force / d lean in C_F, see `bend_stiffness`
     ]
 )
 """One contact at one state."""

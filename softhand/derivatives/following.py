@@ -19,7 +19,7 @@ from softhand.contact.scaled import displacement_of, material_force, normal_stif
 from softhand.contact.slip import Trial, _force, _newton_step, _return, slip_velocity
 from softhand.errors import ScenarioError
 from softhand.laws.law import LEADING, Law
-from softhand.laws.rolling import DIFFERENCE, LEAN, slope_of
+from softhand.laws.rolling import DIFFERENCE, LEAN, LENGTHS, slope_of
 from softhand.model.shapes.part_call import call_part
 from softhand.model.shapes.shape import CompiledShape
 from softhand.model.shapes.union import Union
@@ -160,13 +160,15 @@ def _slope(followed: Followed, law: Law, x: list[Any]) -> Any:
 
 def _bend(followed: Followed, law: Law, x: list[Any]) -> Any:
     """As `compile_bend`."""
-    results: list[Any] = [None] * 4
-    for j in range(2):
+    results: list[Any] = [None] * 12
+    for j in range(LEAN + 2):
+        step = DIFFERENCE * (x[LEAN + 2] if j < LENGTHS else 1.0)
         upper, lower = list(x), list(x)
-        upper[LEAN + j], lower[LEAN + j] = x[LEAN + j] + DIFFERENCE, x[LEAN + j] - DIFFERENCE
+        upper[j], lower[j] = x[j] + step, x[j] - step
         ahead, behind = _slope(followed, law, upper), _slope(followed, law, lower)
         for i in range(2):
-            results[2 * i + j] = (ahead[i] - behind[i]) / (2.0 * DIFFERENCE)
+            place = 4 + LEAN * i + j if j < LEAN else 2 * i + j - LEAN
+            results[place] = (ahead[i] - behind[i]) / (2.0 * step)
     return results
 
 

@@ -15,8 +15,10 @@ from softhand.numerics.compiled import kernel_folder
 
 LEAN = 4
 """Where the two numbers of the lean are among the arguments of a law in surface coordinates."""
+LENGTHS = 3
+"""How many of the arguments before it are lengths; those differ by radii. The radius follows on the lean."""
 DIFFERENCE = 1e-6
-"""Step of the lean in the central differences that give the second derivatives."""
+"""Step of the central differences that give the second derivatives."""
 
 _SIGNATURE = types.void(types.CPointer(float64), types.CPointer(float64))
 
@@ -51,22 +53,26 @@ def compile_slope(moment: Callable[..., Any], source: str, has_module: bool, n_a
 
 @lru_cache(64)
 def compile_bend(moment: Callable[..., Any], source: str, has_module: bool, n_arguments: int) -> Any:
-    """Machine code of the derivatives of that slope by the lean [J], row by row, by central differences."""
+    """Machine code of the derivatives of that slope by central differences.
+
+    Two rows by the lean [J], then two by dr, s1, s2 [N] and psi [J].
+    """
 
     def entry(arguments, results):
         source  # noqa: B018
         x = carray(arguments, n_arguments)
-        for j in range(2):
-            kept = x[LEAN + j]
-            x[LEAN + j] = kept + DIFFERENCE
+        for j in range(LEAN + 2):
+            kept, step = x[j], DIFFERENCE * (x[LEAN + 2] if j < LENGTHS else 1.0)
+            x[j] = kept + step
             values = moment(*to_fixed_tuple(x, n_arguments))  # type: ignore[call-arg]
             upper = slope_of(values[0], values[1], x[LEAN], x[LEAN + 1])
-            x[LEAN + j] = kept - DIFFERENCE
+            x[j] = kept - step
             values = moment(*to_fixed_tuple(x, n_arguments))
             lower = slope_of(values[0], values[1], x[LEAN], x[LEAN + 1])
-            x[LEAN + j] = kept
+            x[j] = kept
             for i in range(2):
-                results[2 * i + j] = (upper[i] - lower[i]) / (2.0 * DIFFERENCE)
+                place = 4 + LEAN * i + j if j < LEAN else 2 * i + j - LEAN
+                results[place] = (upper[i] - lower[i]) / (2.0 * step)
 
     with kernel_folder(__name__):
         return cfunc(_SIGNATURE, cache=has_module, error_model="numpy")(entry)
