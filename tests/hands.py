@@ -335,7 +335,8 @@ def holding_torque(plant: Plant, state: State) -> Array:
     """Joint torques [N m] that balance gravity and the contact forces at a state, shape (n,)."""
     plant.update(state.q, state.v, state.z)
     n = plant.world.n_joints
-    return plant.snapshot.nle[:n] + np.einsum("irk,ir->k", plant.jacobian[:, :, :n], plant.contacts["force"])
+    by_force = np.einsum("irk,ir->k", plant.jacobian[:, :, :n], plant.contacts["force"])
+    return plant.snapshot.nle[:n] + by_force - plant.moment_force()[:n]
 
 
 def start_acceleration(task: Task) -> Array:

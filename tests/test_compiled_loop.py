@@ -19,6 +19,7 @@ from softhand.simulation.keep import Keep
 EVERYTHING = tuple(name for name in VARIABLES if name != "time")
 SLIP = {"fingertip.contact": "coulomb", "fingertip.friction": 0.42, "fingertip.static_friction": 0.5}
 POWER = {"law": "power", "radius": 0.01, "friction": 0.8, "contact": "coulomb"}
+LEANING = {"law": "bulk", "radius": 0.01, "friction": 0.6, "static_friction": 0.7, "contact": "coulomb"}
 STEP = {"reference.kind": "step"}
 PUSHED = {
     "push": [
@@ -66,6 +67,9 @@ def both(scenario: str, values: dict[str, Any]) -> tuple[Result, Recording]:
                 "stepper.step": 0.0005,
             },
         ),
+        ("target-a", {"fingertip": {**LEANING, "damping": {"name": "fung"}}, **STEP}),
+        ("target-a", {"fingertip": LEANING, "stepper.name": "rk4"}),
+        ("can", {"fingertip": LEANING}),
         ("target-a", {**PUSHED, "stepper.step": 0.0005}),
         ("target-a", {"controller.period": 0.004, "control_period": 0.002, "stepper.step": 0.001}),
         ("pinch", {}),
@@ -85,6 +89,8 @@ def test_the_loops_agree(scenario: str, values: dict[str, Any]) -> None:
         assert len(recording) > 2 * PERIODS
     if "push" in values:
         assert np.abs(recording.external_force).max() > 0.1
+    if values.get("fingertip", {}).get("law") == "bulk":
+        assert np.abs(recording.contact_moment).max() > 1e-3
     if values.items() >= SLIP.items():
         assert recording.is_slipping.any()
 

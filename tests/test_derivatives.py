@@ -22,16 +22,18 @@ from softhand.derivatives.model import beyond, remembered_in
 from softhand.scenario.scenario import Scenario
 
 SLIPPERY = {"fingertip.contact": "coulomb", "fingertip.friction": 0.36}
+BULK = {"law": "bulk", "radius": 0.010, "friction": 0.9, "contact": "coulomb"}
 SCENARIOS = {
     "target-a": load_scenario("target-a"),
     "can": load_scenario("can"),
     "relaxing": load_scenario("target-a", {"fingertip.damping": {"name": "fung"}}),
     "grasp-and-lift": load_scenario("grasp-and-lift"),
     "slips": load_scenario("target-a", SLIPPERY),
+    "leaning": load_scenario("can", {"fingertip": {**BULK, "damping": {"name": "fung"}}}),
 }
-"""Stick, round sides, memories, open fingers over a table, and slip."""
+"""Stick, round sides, memories, open fingers over a table, slip, and moments."""
 
-NAMES = [pytest.param(name, marks=pytest.mark.slow if name == "relaxing" else ()) for name in SCENARIOS]
+NAMES = [pytest.param(name, marks=pytest.mark.slow if name in ("relaxing", "leaning") else ()) for name in SCENARIOS]
 
 
 @cache

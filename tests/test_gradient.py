@@ -17,6 +17,7 @@ END = [
     QuadraticCost("joint_torque"),
 ]
 SHORT = {"duration": 0.05}
+BULK = {"law": "bulk", "radius": 0.010, "friction": 0.9, "contact": "coulomb"}
 SLIPPERY = {"fingertip.contact": "coulomb", "fingertip.friction": 0.36, "duration": 0.23}
 
 
@@ -73,6 +74,20 @@ def test_the_start_and_the_reference_count_too():
 
     assert found[keys[0]] == pytest.approx(_differences(with_point, 0.0, 1e-4), rel=2e-7)
     assert found[keys[1]] == pytest.approx(_differences(with_target, 0.03, 1e-2), rel=2e-7)
+
+
+def test_moments_are_followed():
+    """A law of the lean, relaxing and on a round object, tangent and adjoint."""
+    short = {"duration": 0.05, "fingertip": {**BULK, "damping": {"name": "fung"}}}
+    for name in ("target-a", "can"):
+        back = softhand.gradient(name, END, ["mass", "k_along"], overrides=short)
+        forth = softhand.gradient(name, END, ["mass", "k_along"], mode="tangent", overrides=short)
+        np.testing.assert_allclose(forth.slopes, back.slopes, rtol=1e-9)
+        for key, at in zip(back.parameters, back.values, strict=True):
+            wanted = _differences(
+                lambda x, key=key, name=name: _cost(softhand.simulate(name, overrides={**short, key: x})), at, 2e-3
+            )
+            assert back[key] == pytest.approx(wanted, rel=1e-6)
 
 
 def test_tangent_and_adjoint_agree():

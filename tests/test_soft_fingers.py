@@ -160,11 +160,11 @@ def pinch(law: dict[str, Any]) -> np.ndarray:
 
 def test_a_pinch_with_bulk_stiffness_is_as_stiff_as_by_hand() -> None:
     """A turn about an axis across the squeeze shifts the faces over the tips, moves the line of the squeeze, and leans
-    the tips: K = 2 (k_across l^2 + N (l + r - d) - (k_along - k_across) d l), l half the width of the box."""
+    the tips: K = 2 (k_across l^2 + N (l + r - d) - (k_along - k_across) d (2 l + d)), l half the width of the box."""
     k_along, k_across, N, half = 3400.0, 1500.0, 8.0, 0.028
     found = pinch({"law": "bulk", "k_along": k_along, "k_across": k_across, "k_torsional": 0.03})
     d = N / k_along
-    turn = 2.0 * (k_across * half**2 + N * (half + R - d) - (k_along - k_across) * d * half)
+    turn = 2.0 * (k_across * half**2 + N * (half + R - d) - (k_along - k_across) * d * (2.0 * half + d))
     expected = [2.0 * k_along, 2.0 * k_across, 2.0 * k_across, 2.0 * 0.03, turn, turn]
     np.testing.assert_allclose(found, np.diag(expected), rtol=1e-6, atol=1e-6 * 2.0 * k_along)
     assert found[4, 4] == pytest.approx(turn, rel=1e-6)

@@ -16,12 +16,14 @@ from softhand.assembly.probe import check_states, recorded_scenario, recorded_st
 from softhand.contact.elements import TRIAL
 from softhand.contact.pads import Contact
 from softhand.laws.law import Law
+from softhand.laws.rolling import slope_of
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.recording.recording import Recording
 
+_STEP = 1e-5  # of the lean
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -148,12 +150,12 @@ def energy_ledger(
         SofthandError: as `build`, where that scenario can no longer be built.
     """
     plant = Plant(plant.world, plant.fingertips, plant.supports) if plant else _recorded_plant(recording)
-    is_damped = bool(np.any(plant.pads["is_damped"]))
-    needed = [
-        *(["support_force"] if plant.supports else []),
-        *(["element_force"] if plant.n_elements and is_damped else []),
-    ]
-    check_states(plant, recording, "joint_torque", "contact_force", *needed)
+    nt, is_damped = plant.world.n_tips, bool(np.any(plant.pads["is_damped"]))
+    leans = plant.pads["slope_function"] != 0
+    needed = ["joint_torque", "contact_force", *(["support_force"] if plant.supports else [])]
+    needed += ["element_force"] if plant.n_elements and is_damped else []
+    needed += [name for name, own in (("contact_moment", leans[:nt]), ("support_moment", leans[nt:])) if own.any()]
+    check_states(plant, recording, *needed)
     count = len(recording)
     chosen = np.arange(count)[np.asarray(samples)]
     moved = np.diff(np.unwrap(recording.joint_position, axis=0), axis=0)
@@ -188,12 +190,26 @@ def energy_ledger(
 
 
 def is_spring(law: Law) -> bool:
-    """Whether the law has an energy, of the deformation alone: one that depends on the lean changes as a tip rolls."""
+    """Whether the law has an energy of the deformation alone; or one of the lean too, and its `moment` is the slope."""
     if law.energy is None:
         return False
     deformation = np.array([0.1 * law.radius, 0.02 * law.radius, 0.03 * law.radius, 0.1])
-    here, there = (law.energy(*law.arguments(deformation, *place)) for place in ((1.0, 0.5), (1.3, 1.5)))
-    return bool(here == there)
+    places = [law.arguments(deformation, *place) for place in ((1.0, 0.5), (1.3, 1.5))]
+    if law.moment is None:
+        here, there = (law.energy(*place) for place in places)
+        return bool(here == there)
+    return all(np.allclose(law.moment(*place), _rolling_moment(law, place), rtol=1e-5, atol=0.0) for place in places)
+
+
+def _rolling_moment(law: Law, place: Array) -> tuple[float, float]:
+    """m_1, m_2 of the energy, by central differences."""
+    assert law.energy is not None
+    slopes = []
+    for column in (4, 5):
+        move = _STEP * (np.arange(len(place)) == column)
+        slopes.append((law.energy(*(place + move)) - law.energy(*(place - move))) / (2.0 * _STEP))
+    upright = float(np.sqrt(1.0 - place[4] ** 2 - place[5] ** 2))
+    return -slopes[1] * upright, slopes[0] * upright
 
 
 def tip_energy(tip: Contact, contact: np.void) -> float:
@@ -270,7 +286,7 @@ def _parts(tip: Contact, contact: np.void, rows: Array) -> list[np.void]:
 
 
 def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array, Array]:
-    """J_delta^T f - F of all contacts at one sample, and their deformation; each of shape (parts, 4).
+    """J_delta^T f - F of all contacts at one sample, and their deformation, lean included; each of shape (parts, 6).
 
     A part is a contact, or 1/n of it where it has n elements.
     """
@@ -279,15 +295,30 @@ def _beyond_law(recording: Recording, plant: Plant, sample: int) -> tuple[Array,
     force = recording.contact_force[sample]
     if plant.supports:
         force = np.concatenate([force, recording.support_force[sample]])
+    slope = _recorded_slope(recording, plant, sample)
     beyond, deformation = [], []
     for i, (tip, contact, rows) in enumerate(zip(plant.materials, contacts, plant.elements, strict=True)):
         parts = _parts(tip, contact, rows)
         forces = [force[i]] if len(parts) == 1 else recording.element_force[sample, i]
         for part, own in zip(parts, forces, strict=False):
-            law = part["deformation_force"] if len(parts) == 1 else _law_force(tip, part)
-            beyond.append((_in_law(part, own) - law) / len(parts))
-            deformation.append(part["deformation"].copy())
+            by_law = np.concatenate([part["deformation_force"], part["lean_force"]])
+            if len(parts) > 1:
+                by_law = _by_law(tip, part)
+            beyond.append((np.concatenate([_in_law(part, own), slope[i]]) - by_law) / len(parts))
+            deformation.append(np.concatenate([part["deformation"], part["lean"]]))
     return np.array(beyond), np.array(deformation)
+
+
+def _recorded_slope(recording: Recording, plant: Plant, sample: int) -> Array:
+    """By the moments at one sample, what a turn of the lean takes [J], shape (nc, 2)."""
+    contacts, nt, leans = plant.contacts, plant.world.n_tips, plant.pads["slope_function"] != 0
+    slope = np.zeros((len(contacts), 2))
+    for name, own in (("contact_moment", slice(nt)), ("support_moment", slice(nt, None))):
+        if leans[own].any():
+            moment = recording[name][sample]
+            slope[own] = np.column_stack([moment[:, 1], -moment[:, 0]]) / contacts["sin_Phi"][own, None]
+    slope[~leans] = 0.0
+    return slope
 
 
 def _in_law(contact: np.void, force: Array) -> Array:
@@ -298,7 +329,10 @@ def _in_law(contact: np.void, force: Array) -> Array:
     return np.array([force[2], along, force[1] / contact["phi_per_y"], force[3]])
 
 
-def _law_force(tip: Contact, contact: np.void) -> Array:
-    """F at the deformation of the contact."""
-    bearing = float(np.arctan2(contact["lean"][1], contact["lean"][0]))
-    return np.asarray(tip.law(contact["deformation"], float(contact["angles"][1]), bearing))
+def _by_law(tip: Contact, contact: np.void) -> Array:
+    """F and dU/dlean at the deformation of the contact, shape (6,)."""
+    law, (l1, l2) = tip.law, contact["lean"]
+    place = contact["deformation"], float(contact["angles"][1]), float(np.arctan2(l2, l1))
+    if law.moment is None:
+        return np.append(law(*place), [0.0, 0.0])
+    return np.append(law(*place), slope_of(*law.moment(*law.arguments(*place)), l1, l2))

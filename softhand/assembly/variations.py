@@ -106,4 +106,4 @@ class Variations:
 def _copy(grasp: Grasp) -> Grasp:
     """The same start in arrays of its own."""
     arrays = {name: getattr(grasp, name).copy() for name in ("deformation", "force", "angles", "friction_use")}
-    return Grasp(grasp.state.copy(), **arrays)
+    return Grasp(grasp.state.copy(), **arrays, leant=grasp.leant)

@@ -45,6 +45,7 @@ from softhand.references.reference import desired_of
 from softhand.sensing.fields import Sizes, pick, room
 from softhand.sensing.groups import parts_of
 from softhand.sensing.instruments import NEEDED, Instruments
+from softhand.sensing.known import sizes_of
 from softhand.sensing.observation import Observation
 from softhand.sensing.seen import see_measured
 from softhand.sensing.sensor import Sensor, Wanted
@@ -194,9 +195,7 @@ class CompiledRun:
     def _room(self, setup: Setup) -> Array:
         """Memory of the observation, of what the controller sees and of the commanded torques."""
         world = self.plant.world
-        size = room(Sizes(world.n_joints, world.nq, world.n_tips, len(self.plant.supports),
-                          len(contact_pairs(world.n_tips)), self.plant.n_taxels, self.plant.n_shares,
-                          self.plant.n_elements))  # fmt: skip
+        size = room(sizes_of(self.plant, len(contact_pairs(world.n_tips))))
         return np.zeros(size if setup.sensing is None and setup.actuation is None else 2 * size + world.n_joints)
 
     def _observe(self) -> Observation:

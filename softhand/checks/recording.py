@@ -17,7 +17,7 @@ from softhand.errors import RecordingError, SofthandError
 from softhand.numerics.record import Record
 from softhand.recording.recording import Recording
 from softhand.recording.sound import ROUNDING, count_of, unsound, when
-from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, LABELLED_DIMS, MEASURED_PREFIX, VARIABLES
+from softhand.recording.variables import COMMANDED, FOUND_AFTERWARDS, LABELLED_DIMS, MEASURED_PREFIX, MOMENTS, VARIABLES
 from softhand.scenario.scenario import Scenario
 from softhand.version import __version__
 
@@ -88,7 +88,7 @@ def _expected(recording: Recording) -> list[str]:
         for name, variable in VARIABLES.items()
         if labelled.isdisjoint(variable.dims)
         and (is_measured or not name.startswith(MEASURED_PREFIX))
-        and (name not in (*COMMANDED.values(), *FOUND_AFTERWARDS) or name in recording.variables)
+        and (name not in (*COMMANDED.values(), *FOUND_AFTERWARDS, *MOMENTS) or name in recording.variables)
     ]
 
 

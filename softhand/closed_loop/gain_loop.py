@@ -84,6 +84,7 @@ def contact_stiffness(start: HeldStart, model: LinearModel, gains: Gains) -> Arr
         observation = start.probe.at(state, 0.0)
         task = gains.task(observation)
         load = observation.object_gravity - observation.grasp_matrix @ observation.contact_force.ravel()
+        load -= np.kron(np.eye(2), observation.object_rotation) @ start.probe.plant.moment_force()[-6:]
         return np.concatenate([task.error, task.map.T @ load])
 
     n, nv = start.probe.plant.world.n_joints, len(start.state.v)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from softhand.assembly.unmodelled import must_model, must_slip_as_a_whole
 from softhand.contact.damping import relaxation_rate
+from softhand.contact.records import REMEMBERED, STORED
 from softhand.numerics.arrays import Array
 from softhand.numerics.record import Record
 from softhand.plant.plant import Plant
@@ -23,7 +24,8 @@ from softhand.plant.state import State
 
 _STEP = 1e-6  # of x in its units
 OBJECT = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
-FORCES = ("radial", "first tangential", "second tangential", "torsional")
+FORCES = ("radial", "first tangential", "second tangential", "torsional", "by the first lean", "by the second lean")
+"""What a relaxation remembers, in the order of z."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +81,7 @@ def linearize_plant(plant: Plant, state: State, torque: Array) -> LinearModel:
     B[nv : 2 * nv] = np.linalg.inv(plant.rigid.mass_matrix(state.q))[:, :n]
     joints = tuple(plant.world.joint_names)
     moving = (*joints, *(f"object {way}" for way in OBJECT))
-    rows = np.argwhere(remembered)
-    memories = (
-        f"{plant.contact_names[i]}, memory {(column - 3) // 4 + 1}, {FORCES[(column - 3) % 4]}" for i, column in rows
-    )
+    memories = (f"{plant.contact_names[i]}, {memory_name(plant, column)}" for i, column in np.argwhere(remembered))
     return LinearModel(A, B, (*moving, *(f"{name}, rate" for name in moving), *memories), joints, acceleration)
 
 
@@ -105,9 +104,18 @@ def beside(plant: Plant, state: State, x: Array) -> State:
     return State(pin.integrate(plant.world.coordinates, state.q, x[:nv]), state.v + x[nv : 2 * nv], z)
 
 
+def memory_name(plant: Plant, column: int) -> str:
+    """What a number of z is that belongs to a relaxation."""
+    which, force = divmod(int(column) - STORED, int(plant.pads["remembered"][0]))
+    return f"memory {which + 1}, {FORCES[force]}"
+
+
 def is_memory(plant: Plant) -> NDArray[np.bool_]:
     """Which numbers of z belong to a relaxation, shape (nc, n_memory); tips may have fewer than others, or none."""
-    last = 3 + 4 * np.count_nonzero(plant.pads["relaxation"][:, :, 1], axis=1)
+    size = plant.pads["remembered"]
+    last = STORED + size * np.count_nonzero(plant.pads["relaxation"][:, :, 1], axis=1)
     column = np.arange(plant.n_memory)
-    remembered: NDArray[np.bool_] = (column >= 3) & (column < last[:, None])
+    used = (column >= STORED) & (column < last[:, None])
+    forces = (column - STORED) % size[:, None] < REMEMBERED
+    remembered: NDArray[np.bool_] = used & (forces | (plant.pads["slope_function"] != 0)[:, None])
     return remembered

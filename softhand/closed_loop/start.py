@@ -15,7 +15,7 @@ from softhand.assembly.resolve import Setup, resolve
 from softhand.assembly.taxels import read_taxels
 from softhand.assembly.unmodelled import must_model, must_slip_as_a_whole
 from softhand.contact.elements import LAW
-from softhand.contact.records import REMEMBERED, STORED
+from softhand.contact.records import LEANING, REMEMBERED, STORED
 from softhand.controllers.controller import Controller
 from softhand.errors import RecordingError, ScenarioError
 from softhand.laws.law import Law
@@ -193,8 +193,8 @@ def relax_memory(plant: Plant, state: State) -> None:
     """What relaxing dampings remember as it is where a state has lasted, in place."""
     plant.update(state.q, state.v, state.z)
     for pad, contact, rows, memory in zip(plant.pads, plant.contacts, plant.elements, state.z, strict=True):
-        n, count = int(pad["elements"]), int(pad["relaxations"])
-        forces = [contact["deformation_force"]] if n == 1 else rows[:n, LAW : LAW + REMEMBERED]
-        for element, force in enumerate(forces):
+        n, count, size = int(pad["elements"]), int(pad["relaxations"]), int(pad["remembered"])
+        whole = np.concatenate([contact["deformation_force"], contact["lean_force"]])
+        for element, force in enumerate([whole] if n == 1 else rows[:n, LAW : LAW + REMEMBERED + LEANING]):
             first = element * int(pad["block"]) + STORED
-            memory[first : first + REMEMBERED * count] = np.tile(force, count)
+            memory[first : first + size * count] = np.tile(force[:size], count)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from softhand.contact.address import call
+from softhand.contact.leaning import answer_lean
 from softhand.numerics.branches import seldom, usually
 from softhand.numerics.compiled import compiled
 
 
 @compiled
 def answer(pad, contact):
-    """Sets `deformation_force`, `elastic` and `dashpot` at the deformation; after `damping.recall`.
+    """Sets `deformation_force`, `elastic` and `dashpot` at the deformation, and moments; after `damping.recall`.
 
     Relaxed, the material has kept F - recalled in place of the force F of its law. Its dashpots are
     c_k + lambda_k f_n, f_n the normal force of the law, at least 0.
@@ -29,6 +30,8 @@ def answer(pad, contact):
     # Eq. (48)
     elastic = contact.elastic
     contact_force(contact, contact.deformation_force, elastic)
+    if pad.slope_function != 0:
+        answer_lean(pad, contact)
     if not (pad.is_damped and usually(contact.is_damped > 0)):
         return
     # relaxation and viscosity

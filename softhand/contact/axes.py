@@ -24,7 +24,7 @@ def finger_axes(pad, pose, row):
 def face_axes(pad, pose, object_pose, contact):
     """x_C along the tangent of the face, y_C = z_C cross x_C, and the components of x_F along them."""
     R = contact.rotation
-    tx, ty, tz = _turned_tangent(pad, contact.normal)
+    tx, ty, tz = turned_tangent(pad, contact.normal)
     for row in range(3):
         R[row, 0] = object_pose[row] * tx + object_pose[3 + row] * ty + object_pose[6 + row] * tz
     R[0, 1] = R[1, 2] * R[2, 0] - R[2, 2] * R[1, 0]
@@ -39,7 +39,7 @@ def face_axes(pad, pose, object_pose, contact):
 
 
 @compiled
-def _turned_tangent(pad, normal):
+def turned_tangent(pad, normal):
     """The tangent at the start, turned as little as brings the normal there onto that of the contact.
 
     So the axes are a function of the normal alone: fixed in a face, continuous over edges and along curved surfaces,

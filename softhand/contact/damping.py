@@ -7,7 +7,7 @@ import math
 from softhand.contact.answer import normal_force
 from softhand.contact.elements import LAW, rows_at
 from softhand.contact.limit import limit_use
-from softhand.contact.records import REMEMBERED, STORED
+from softhand.contact.records import LEANING, REMEMBERED, STORED
 from softhand.contact.scaled import traction
 from softhand.contact.slip import ROUNDED, slip_velocity
 from softhand.numerics.branches import seldom, usually
@@ -26,7 +26,8 @@ def recall(pad, contact, memory, lead):
     Args:
         pad: one row of `records.PAD`.
         contact: one row of `records.CONTACT`, after `place_contact`.
-        memory: row of z, or from the block of an element on; w of each relaxation behind the displacement.
+        memory: row of z, or from the block of an element on; w of each relaxation, `pad.remembered` numbers each,
+            behind the displacement.
         lead: w is taken so much later [s], with F as it then is.
     """
     recalled = contact.recalled
@@ -34,16 +35,21 @@ def recall(pad, contact, memory, lead):
     contact.dashpot[:] = 0.0
     contact.kept = 1.0
     recalled[:] = 0.0
+    if pad.slope_function != 0:
+        contact.lean_recalled[:] = 0.0
     for k in range(pad.relaxations):
         share, rate = pad.relaxation[k, 0], pad.relaxation[k, 1]
         left = math.exp(-rate * lead)
-        first = STORED + REMEMBERED * k
+        first = STORED + pad.remembered * k
         contact.kept -= share * (1.0 - left)
         torsion = share * left * memory[first + 3]
         recalled[0] += contact.theta_per_x * share * left * memory[first + 1] + contact.psi_per_x * torsion
         recalled[1] += contact.phi_per_y * share * left * memory[first + 2]
         recalled[2] += share * left * memory[first]
         recalled[3] += torsion
+        if pad.slope_function != 0:
+            for j in range(LEANING):
+                contact.lean_recalled[j] += share * left * memory[first + REMEMBERED + j]
 
 
 @compiled
@@ -119,15 +125,17 @@ def relax(pads, contacts, step, z):
 def relax_contact(pad, contact, step, memory):
     """One row of `relax`, likewise."""
     for k in range(pad.relaxations):
-        share = -math.expm1(-pad.relaxation[k, 1] * step)
-        first = STORED + REMEMBERED * k
+        share, first = -math.expm1(-pad.relaxation[k, 1] * step), STORED + pad.remembered * k
         if pad.elements == 1:
             for j in range(REMEMBERED):
                 memory[first + j] += share * (contact.deformation_force[j] - memory[first + j])
+            if pad.slope_function != 0:
+                for j in range(REMEMBERED, REMEMBERED + LEANING):
+                    memory[first + j] += share * (contact.lean_force[j - REMEMBERED] - memory[first + j])
         else:
             rows = rows_at(pad.element_rows, pad.elements)
             for element in range(pad.elements):
-                for j in range(REMEMBERED):
+                for j in range(pad.remembered):
                     memory[first + j] += share * (rows[element, LAW + j] - memory[first + j])
                 first += pad.block
 
@@ -150,13 +158,16 @@ def relaxation_rate(pads, contacts, z, z_rate):
     for i in range(contacts.shape[0]):
         pad = pads[i]
         for k in range(pad.relaxations):
-            rate, first = pad.relaxation[k, 1], STORED + REMEMBERED * k
+            rate, first = pad.relaxation[k, 1], STORED + pad.remembered * k
             if pad.elements == 1:
                 for j in range(REMEMBERED):
                     z_rate[i, first + j] = rate * (contacts[i].deformation_force[j] - z[i, first + j])
+                if pad.slope_function != 0:
+                    for j in range(REMEMBERED, REMEMBERED + LEANING):
+                        z_rate[i, first + j] = rate * (contacts[i].lean_force[j - REMEMBERED] - z[i, first + j])
             else:
                 rows = rows_at(pad.element_rows, pad.elements)
                 for element in range(pad.elements):
-                    for j in range(REMEMBERED):
+                    for j in range(pad.remembered):
                         z_rate[i, first + j] = rate * (rows[element, LAW + j] - z[i, first + j])
                     first += pad.block

@@ -24,21 +24,25 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
+from softhand.contact.leaning import set_moment
 from softhand.contact.limit import limit_use
 from softhand.contact.scaled import traction
 from softhand.numerics.compiled import compiled
 from softhand.numerics.symbols import NotStraightError
 from softhand.numerics.tracing import MEANINGS
 
-DISPLACEMENT, SLIP, RATE, BEFORE, LAW, ELASTIC, DASHPOT, RECALLED, FORCE, USE, TRIAL, MULTIPLIER, SLIPS, ROW = (
-    0, 3, 6, 9, 12, 16, 20, 24, 28, 32, 33, 36, 37, 38,
+DISPLACEMENT, SLIP, RATE, BEFORE, LAW, LEAN, ELASTIC, DASHPOT, RECALLED, FORCE, USE = (
+    0, 3, 6, 9, 12, 16, 18, 22, 26, 30, 34,
 )  # fmt: skip
+TRIAL, MULTIPLIER, SLIPS, LEAN_ELASTIC, LEAN_RECALLED, ROW = 35, 38, 39, 40, 42, 44
 """Where a row of `rows_at` has `deformation` without dr, `slip`, `slip_rate`, `force_before`, `deformation_force`,
-`elastic`, `dashpot`, `recalled`, `force` and `limit_surface_use` of `records.CONTACT`, as of a contact that is all like
-this element; its displacement if nothing slips, the multiplier of its slip and whether it slips; how long it is."""
+`lean_force`, `elastic`, `dashpot`, `recalled`, `force` and `limit_surface_use` of `records.CONTACT`, as of a contact
+that is all like this element; its displacement if nothing slips, the multiplier of its slip and whether it slips;
+`lean_elastic` and `lean_recalled`; how long it is."""
 
-STIFFNESS, DAMPING, SUMS = 0, 16, 20
-"""Where the row behind those of the elements has the sums of `stiffness` and `damping`, and where they end."""
+STIFFNESS, DAMPING, ROLLING, LEANING, SUMS = 0, 16, 20, 23, 31
+"""Where the row behind those of the elements has the sums of `stiffness`, `damping`, `rolling` and `leaning`, and where
+they end."""
 
 AT_LIMIT = 0.99
 """Use of the limit from which an element counts among those that slip."""
@@ -92,6 +96,10 @@ def put_element(contact, row):
         row[RECALLED + k] = contact.recalled[k]
         row[FORCE + k] = contact.force[k]
     row[USE] = contact.limit_surface_use
+    for k in range(2):
+        row[LEAN + k] = contact.lean_force[k]
+        row[LEAN_ELASTIC + k] = contact.lean_elastic[k]
+        row[LEAN_RECALLED + k] = contact.lean_recalled[k]
 
 
 @compiled
@@ -108,6 +116,10 @@ def get_element(contact, row):
         contact.recalled[k] = row[RECALLED + k]
         contact.force[k] = row[FORCE + k]
     contact.limit_surface_use = row[USE]
+    for k in range(2):
+        contact.lean_force[k] = row[LEAN + k]
+        contact.lean_elastic[k] = row[LEAN_ELASTIC + k]
+        contact.lean_recalled[k] = row[LEAN_RECALLED + k]
 
 
 @compiled
@@ -131,6 +143,12 @@ def sum_elements(pad, contact, grip):
         contact.dashpot[k] = _mean(rows, n, DASHPOT + k)
         contact.recalled[k] = _mean(rows, n, RECALLED + k)
         contact.force[k] = _mean(rows, n, FORCE + k)
+    if pad.slope_function != 0:
+        for k in range(2):
+            contact.lean_force[k] = _mean(rows, n, LEAN + k)
+            contact.lean_elastic[k] = _mean(rows, n, LEAN_ELASTIC + k)
+            contact.lean_recalled[k] = _mean(rows, n, LEAN_RECALLED + k)
+        set_moment(contact)
     contact.grip = grip
     contact.limit_surface_use = limit_use(contact, traction(contact), grip * contact.force[2])
     stuck = 0.0

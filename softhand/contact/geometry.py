@@ -36,7 +36,7 @@ def find_nearest(pad, pose, base_pose, contact):
         if pad.shape == SIDE:
             end_at_solid(pad, base_pose, contact)
     elif pad.shape != SOLID:
-        _meet_ball(pad, base_pose, contact)
+        meet_ball(pad, base_pose, contact)
     elif pad.is_edge:
         meet_edge(pad, pose, base_pose, contact)
     else:
@@ -165,7 +165,7 @@ def roll_stiffness(pad, pose, contact):
 
 
 @compiled
-def _meet_ball(pad, object_pose, contact):
+def meet_ball(pad, object_pose, contact):
     """z_C in the world and R, against a ball; the two centres must not coincide."""
     square = 0.0
     for row in range(3):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from softhand.contact.address import call
+from softhand.contact.leaning import leaning_columns
 from softhand.contact.sliders import react_again
 from softhand.numerics.branches import seldom
 from softhand.numerics.compiled import compiled
@@ -22,8 +23,8 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         contact: one row of `records.CONTACT`, after `place_contact`.
         columns: velocities that move the tip, then those that move the object, padded with -1, shape (width,).
         J: world Jacobians of `Snapshot`.
-        jacobian: set, shape (width, 4); of an ellipsoid (width, 6), with the rate at which z_C turns towards x_C and
-            y_C as the pad sees it.
+        jacobian: set, shape (width, 4), or (width, 6): then also, of a pad whose law has a moment, the rates of its
+            lean, see `leaning_columns`, and of an ellipsoid those at which z_C turns towards x_C and y_C as it sees it.
     """
     px, py, pz = contact.point[0], contact.point[1], contact.point[2]
     R, own, rolls = contact.rotation, pad.own, pad.semi_axes[0] > 0.0
@@ -43,6 +44,8 @@ def contact_jacobian(pad, contact, columns, J, jacobian):
         if rolls:
             jacobian[a, 4] = R[0, 1] * wx + R[1, 1] * wy + R[2, 1] * wz
             jacobian[a, 5] = -(R[0, 0] * wx + R[1, 0] * wy + R[2, 0] * wz)
+        elif pad.slope_function != 0:
+            leaning_columns(pad, contact, J, column, sign, jacobian[a])
 
 
 @compiled

@@ -8,7 +8,10 @@ from softhand.contact.answer import answer, answer_stiffness
 from softhand.contact.damping import press, react, recall
 from softhand.contact.elements import (
     DAMPING,
+    LEAN_ELASTIC,
+    LEANING,
     MULTIPLIER,
+    ROLLING,
     SLIPS,
     STIFFNESS,
     SUMS,
@@ -20,6 +23,7 @@ from softhand.contact.elements import (
 from softhand.contact.friction import has_slid, set_friction
 from softhand.contact.geometry import find_nearest, place_contact, roll_stiffness
 from softhand.contact.kinematics import contact_jacobian, deformation_rate, relative_velocity
+from softhand.contact.leaning import bend_stiffness, let_lean, set_turning
 from softhand.contact.limit import set_limit
 from softhand.contact.sliders import all_slip, slip_elements, try_elements
 from softhand.contact.slip import slip_to_limit
@@ -50,7 +54,7 @@ def evaluate_contacts(pads, columns, poses, J, v, z, lead, depths, with_stiffnes
         depths: dr of each contact where the step began [m], NaN of one that did not touch; read with a lead, (nc,).
         with_stiffness: also d force / d displacement.
         contacts: table `records.CONTACT`, set, shape (nc,).
-        jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4).
+        jacobian: columns of [J_CF, -J_O], see `contact_jacobian`, set, shape (nc, width, 4 or 6).
     """
     for i in range(pads.shape[0]):
         evaluate_contact(
@@ -66,10 +70,14 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
     if pad.is_support:
         if seldom(pad.radius - contact.distance <= 0.0):
             _rest(contact, jacobian)
+            if pad.slope_function != 0:
+                let_lean(contact)
             return
         contact.is_idle = 0
     place_contact(pad, pose, base_pose, contact)
     set_friction(pad, contact)
+    if pad.slope_function != 0:
+        set_turning(pad, base_pose, contact)
     contact_jacobian(pad, contact, columns, J, jacobian)
     relative_velocity(columns, jacobian, v, contact.velocity)
     deformation_rate(contact, contact.velocity, contact.deformation_rate)
@@ -83,6 +91,8 @@ def evaluate_contact(pad, columns, poses, J, v, memory, lead, depth, with_stiffn
         _let_go(contact)
         if pad.elements > 1:
             let_go_of_elements(pad, contact, memory, lead)
+        if pad.slope_function != 0:
+            let_lean(contact)
         return
     if pad.elements > 1:
         respond_by_elements(pad, contact, memory, lead, with_stiffness)
@@ -147,12 +157,27 @@ def respond_by_elements(pad, contact, memory, lead, with_stiffness):
             if with_stiffness:
                 for j in range(4):
                     sums[STIFFNESS + 4 * i + j] += contact.stiffness[i, j]
+        if pad.slope_function != 0:
+            for i in range(2):
+                row[LEAN_ELASTIC + i] = contact.lean_elastic[i]
+            if with_stiffness:
+                for i in range(3):
+                    sums[ROLLING + i] += contact.rolling[i]
+                for i in range(4):
+                    for j in range(2):
+                        sums[LEANING + 2 * i + j] += contact.leaning[i, j]
     sum_elements(pad, contact, mu)
     for i in range(4):
         contact.damping[i] = sums[DAMPING + i] / n
         if with_stiffness:
             for j in range(4):
                 contact.stiffness[i, j] = sums[STIFFNESS + 4 * i + j] / n
+    if with_stiffness and pad.slope_function != 0:
+        for i in range(3):
+            contact.rolling[i] = sums[ROLLING + i] / n
+        for i in range(4):
+            for j in range(2):
+                contact.leaning[i, j] = sums[LEANING + 2 * i + j] / n
 
 
 @compiled
@@ -161,16 +186,22 @@ def _look_ahead(pad, contact, lead, slips, m, with_stiffness):
     stiffness, damping = contact.stiffness, contact.damping
     if not usually(math.isfinite(contact.force[0] + contact.force[1] + contact.force[2] + contact.force[3])):
         _blame_law(pad, contact)
+    # d force / d velocity, d force / d displacement; what does not press has no moment either
     for k in range(4):
         damping[k] = contact.dashpot[k]
     pulls = pad.is_damped and usually(contact.is_damped > 0) and seldom(contact.force[2] <= 0.0)
     if pulls:
         damping[2] = 0.0
+        if pad.slope_function != 0:
+            contact.lean_elastic[:] = 0.0
+            contact.moment[:] = 0.0
     if slips:
         damping[0], damping[1], damping[3] = 0.0, 0.0, 0.0
     if not with_stiffness:
         return
     answer_stiffness(pad, contact)
+    if pad.slope_function != 0:
+        bend_stiffness(pad, contact, slips or pulls)
     if pulls:
         stiffness[2, :] = 0.0
     if slips:

@@ -20,6 +20,7 @@ from softhand.contact.records import (
     COLUMNS,
     ELLIPSE,
     LAW_ARGUMENTS,
+    LEANING,
     MAX_LAW_PARAMETERS,
     MAX_RELAXATIONS,
     OWN_PRESSURE,
@@ -154,13 +155,19 @@ Contact = Fingertip | Support
 
 def block_size(contacts: Sequence[Contact]) -> int:
     """Numbers of each element of a contact in z of a `State`: its displacement, then those of each relaxation."""
-    return STORED + REMEMBERED * max(len(contact.damping.relaxation()) for contact in contacts)
+    return STORED + remembered_of(contacts) * max(len(contact.damping.relaxation()) for contact in contacts)
 
 
 def memory_size(contacts: Sequence[Contact]) -> int:
     """Numbers of each contact in z of a `State`: a block for each element, one more for slip."""
     blocks = max(contact.elements for contact in contacts)
     return blocks * block_size(contacts) + any(contact.holds_longer for contact in contacts)
+
+
+def remembered_of(contacts: Sequence[Contact]) -> int:
+    """Numbers of each contact in z for one relaxation: the forces, and if some law has a moment, the slopes by lean."""
+    leans = any(contact.law.moment is not None for contact in contacts)
+    return REMEMBERED + LEANING * leans
 
 
 def contact_columns(
@@ -227,6 +234,7 @@ def build_pads(
         pad["torsion_share"] = support.torsion_share or support.law.torsion_share or 0.0
         choose_limit(pad, support.limit, support.kappa or support.law.torsion_share)
     pads["elements"], pads["block"] = [contact.elements for contact in every], block
+    pads["remembered"] = remembered_of(every)
     pads["first_twist"] = [world.view(*bodies) for bodies in _bodies_of(world, supports)]
     return pads
 
@@ -269,6 +277,14 @@ def set_material(pad: np.void, contact: Contact, code: CompiledLaw, n_memory: in
             f"law '{name}' has {len(code.parameters)} parameters; at most {MAX_LAW_PARAMETERS} fit.", law=name
         )
     pad["force_function"], pad["stiffness_function"] = code.force.address, code.stiffness.address
+    if code.slope is not None:
+        if isinstance(contact, Support) and (contact.semi_axes is not None or contact.edge > 0.0):
+            raise LawError(
+                f"law '{name}' has a `moment`, which {contact.name} does not transmit: an ellipsoid or an edge has no "
+                "axis that leans; give it a law without one.",
+                law=name,
+            )
+        pad["slope_function"], pad["bend_function"] = code.slope.address, code.bend.address
     leading = len(LEADING[law.coordinates])
     arguments = np.zeros(LAW_ARGUMENTS)
     arguments[leading : leading + len(code.parameters)] = code.parameters

@@ -19,9 +19,10 @@ MAX_LAW_PARAMETERS = 64
 LAW_ARGUMENTS = max(map(len, LEADING.values())) + MAX_LAW_PARAMETERS
 MAX_RELAXATIONS = 4
 
-STORED, REMEMBERED = 3, 4
-"""Numbers in z of an element of a contact, or of a contact as a whole: its displacement, and behind it those of each
-relaxation."""
+STORED, REMEMBERED, LEANING = 3, 4, 2
+"""Numbers in z of an element of a contact, or of a contact as a whole: its displacement, and behind it for each
+relaxation the forces that it remembers, and behind these, if some law has a moment, the slopes of its energy by the
+lean. See `PAD`, remembered and block."""
 
 PLANE, SOLID, BALL, SIDE = range(4)
 """What the base of a contact is shaped like; a side is a plane as far as a solid reaches that it bounds."""
@@ -71,12 +72,15 @@ PAD = np.dtype(
         ("ball_radius", np.float64),  # [m]
         ("force_function", np.int64),  # address of the compiled law
         ("stiffness_function", np.int64),  # address of its derivatives
+        ("slope_function", np.int64),  # address of the slope of its energy by the lean; 0 if it transmits no moment
+        ("bend_function", np.int64),  # address of the derivatives of that; 0 likewise
         ("is_surface", np.int64),  # coordinates of the law: 1 surface, 0 polar
         ("law_arguments", np.float64, LAW_ARGUMENTS),  # deformation and angles as the kernel sets them, then parameters
         ("is_damped", np.int64),
         ("viscosity", np.float64, 3),  # radial, tangential [N s/m], torsional [N m s/rad]
         ("viscosity_per_force", np.float64, 3),  # the same over the normal force
-        ("relaxations", np.int64),  # how many there are
+        ("relaxations", np.int64),  # how many it has
+        ("remembered", np.int64),  # numbers in z of each, the same for all contacts of a plant
         ("relaxation", np.float64, (MAX_RELAXATIONS, 2)),  # share, rate [1/s]; the rows in use come first
     ]
 )
@@ -99,6 +103,7 @@ CONTACT = np.dtype(
         ("sin_Phi", np.float64),
         ("cos_Phi", np.float64),
         ("lean", np.float64, 2),  # x_F along x_C and y_C; surface coordinates only
+        ("turning", np.float64, (3, 2)),  # of the frame over the object per way of the tip [rad/m], `leaning`
         ("theta_per_x", np.float64),  # J_delta^-1: dtheta' = theta_per_x v_x, dphi' = phi_per_y v_y,
         ("phi_per_y", np.float64),  # dpsi' = w_z + psi_per_x v_x; 1, 1, 0 for surface coordinates
         ("psi_per_x", np.float64),
@@ -107,11 +112,15 @@ CONTACT = np.dtype(
         ("deformation", np.float64, 4),  # dr [m], dtheta, dphi, dpsi [rad]; or dr, s1, s2 [m], psi [rad]
         ("deformation_rate", np.float64, 4),  # their rates if nothing slips: less `slip_speed` they are those that are
         ("deformation_force", np.float64, 4),  # of the law: Fr [N], Ftheta, Fphi, Fpsi [N m]; or f_n, f_1, f_2, tau
+        ("lean_force", np.float64, 2),  # of the law: dU/dlean [J], zero without a moment
         ("is_idle", np.int64),  # 1 for a support that does not touch: all that follows from touch is then zero
         ("is_broken", np.int64),  # 1 once the law has answered a deformation within reason with NaN or infinity
         ("is_damped", np.int64),  # whether the material relaxes or has dashpots, and touches
         ("kept", np.float64),  # share of the law's force that has not relaxed
         ("recalled", np.float64, 4),  # what else relaxation takes from it, in C_F
+        ("lean_recalled", np.float64, 2),  # the same of the slope by the lean
+        ("lean_elastic", np.float64, 2),  # what is left of `lean_force`: the contact transmits it
+        ("moment", np.float64, 3),  # m of `laws.rolling` on the object, in C_F [N m], of `lean_elastic`
         ("elastic", np.float64, 4),  # force of the material without viscosity: f_x, f_y, f_z [N], tau [N m], in C_F
         ("dashpot", np.float64, 4),  # viscosity along x, y, z [N s/m] and about z [N m s/rad]
         ("force", np.float64, 4),  # f_x, f_y, f_z [N], tau [N m] on the object, in C_F
@@ -130,7 +139,8 @@ CONTACT = np.dtype(
         ("derivatives", np.float64, 16),  # what the law gives as stiffness; scratch
         ("stiffness", np.float64, (4, 4)),  # d force / d displacement in C_F
         ("damping", np.float64, 4),  # d force / d velocity in C_F, a diagonal
-        ("rolling", np.float64, 3),  # of an ellipsoid, xx, xy, yy [N m] about axes in its plane, see `roll_stiffness`
+        ("rolling", np.float64, 3),  # xx, xy, yy [N m] of what columns 4 and 5 of the Jacobian say: `roll_stiffness`
+        ("leaning", np.float64, (4, 2)),  # d force / d lean in C_F, see `bend_stiffness`
     ]
 )
 """One contact at one state."""

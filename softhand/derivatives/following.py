@@ -6,7 +6,7 @@ step of Newton's method is followed, which moves nothing and has the derivatives
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from softhand.contact.scaled import displacement_of, material_force, normal_stif
 from softhand.contact.slip import Trial, _force, _newton_step, _return, slip_velocity
 from softhand.errors import ScenarioError
 from softhand.laws.law import LEADING, Law
+from softhand.laws.rolling import DIFFERENCE, LEAN, LENGTHS, slope_of
 from softhand.model.shapes.part_call import call_part
 from softhand.model.shapes.shape import CompiledShape
 from softhand.model.shapes.union import Union
@@ -110,9 +111,11 @@ def still_memories(solvers: list[Solver], layouts: Layouts) -> set[int]:
 
 def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
     """Of all functions that are not followed."""
-    formulas: dict[int, tuple[Law, bool]] = {}
+    formulas: dict[int, tuple[Law, Callable[[Followed, Law, list[Any]], Any]]] = {}
     for law, code in plant._code.items():
-        formulas[code.force.address], formulas[code.stiffness.address] = (law, True), (law, False)
+        formulas[code.force.address], formulas[code.stiffness.address] = (law, _forces), (law, _stiffness)
+        if code.slope is not None:
+            formulas[code.slope.address], formulas[code.bend.address] = (law, _slope), (law, _bend)
 
     shape = plant.world.shape
     entries: dict[int, Any] = {}
@@ -127,11 +130,10 @@ def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
             assert isinstance(shape, CompiledShape)
             followed.on_symbols(entries[int(address)])(followed.block(shape.data), results)
             return
-        law, is_force = formulas[int(address)]
+        law, formula = formulas[int(address)]
         n = len(LEADING[law.coordinates]) + len(law.parameters())
         x = [arguments[k] for k in range(n)]
-        values = _forces(followed, law, x) if is_force else _stiffness(followed, law, x)
-        for k, value in enumerate(values):
+        for k, value in enumerate(formula(followed, law, x)):
             results[k] = value
 
     def answers_part(followed: Followed, address: Any, data: Any, first: Any, io: Any) -> None:
@@ -148,6 +150,26 @@ def meanings_of(plant: Plant, solvers: list[Solver]) -> Mapping[Any, Meaning]:
 
 def _forces(followed: Followed, law: Law, x: list[Any]) -> Any:
     return followed.on_symbols(law.force)(*x)
+
+
+def _slope(followed: Followed, law: Law, x: list[Any]) -> Any:
+    """As `compile_slope`."""
+    values = followed.on_symbols(law.moment)(*x)
+    return followed.on_symbols(slope_of)(values[0], values[1], x[LEAN], x[LEAN + 1])
+
+
+def _bend(followed: Followed, law: Law, x: list[Any]) -> Any:
+    """As `compile_bend`."""
+    results: list[Any] = [None] * 12
+    for j in range(LEAN + 2):
+        step = DIFFERENCE * (x[LEAN + 2] if j < LENGTHS else 1.0)
+        upper, lower = list(x), list(x)
+        upper[j], lower[j] = x[j] + step, x[j] - step
+        ahead, behind = _slope(followed, law, upper), _slope(followed, law, lower)
+        for i in range(2):
+            place = 4 + LEAN * i + j if j < LEAN else 2 * i + j - LEAN
+            results[place] = (ahead[i] - behind[i]) / (2.0 * step)
+    return results
 
 
 def _stiffness(followed: Followed, law: Law, x: list[Any]) -> Any:

@@ -21,7 +21,7 @@ from softhand.model.configuration import integrate
 from softhand.model.rigid import branch_terms
 from softhand.numerics.arrays import Array
 from softhand.numerics.symbols import REAL, WHOLE, Symbol
-from softhand.plant.dynamics import add_contact_force
+from softhand.plant.dynamics import add_contact_force, add_contact_moment
 from softhand.simulation.pushes import add_pushes
 from softhand.steppers.midpoint import meet_contact
 from softhand.steppers.midpoint_terms import add_lag, add_undamped, take_stiffness
@@ -92,6 +92,7 @@ def contact_part(i, tree, branches, touch, terms, kicks, step, base, found):
         add_lag(columns, contact, jacobian, step, force, rest.lag)
         take_stiffness(columns, contact, jacobian, step, found.lag, rest.lag)
         add_contact_force(columns, jacobian, contact.force, rest.first)
+        add_contact_moment(columns, jacobian, contact.lean_elastic, rest.first)
         take_stiffness(columns, contact, jacobian, step, found.first, rest.first)
         add_undamped(columns, contact, jacobian, step, found.begun, force, rest.change)
         take_stiffness(columns, contact, jacobian, step, found.change, rest.change)

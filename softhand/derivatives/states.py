@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.closed_loop.linearize import FORCES, OBJECT
+from softhand.closed_loop.linearize import OBJECT, memory_name
+from softhand.contact.records import STORED
 from softhand.numerics.arrays import Array
 from softhand.plant.plant import Plant
 
@@ -70,7 +71,7 @@ def _stored(plant: Plant, row: int, column: int) -> tuple[str, str, float]:
         is_length = is_surface and column < 2
         name = (_SHEARS if is_surface else _ANGLES)[column]
         return f"{contact}, {name}", "m" if is_length else "rad", _SHIFT if is_length else _STORED
-    which = (column - 3) % 4
+    which = (column - STORED) % int(plant.pads["remembered"][row])
     is_force = which == 0 or (is_surface and which < 3)
-    name = f"{contact}, memory {(column - 3) // 4 + 1}, {FORCES[which]}"
+    name = f"{contact}, {memory_name(plant, column)}"
     return name, "N" if is_force else "N m", _FORCE if is_force else _MOMENT

@@ -18,6 +18,7 @@ from softhand.model.arm import REACHED
 from softhand.model.world import World, joints_of
 from softhand.numerics.arrays import Array
 from softhand.scenario.scenario import Scenario
+from softhand.start.leaning import Leant
 
 _STARTS = 8  # of a finger that does not reach its point, after the guess
 
@@ -33,6 +34,7 @@ class Posture:
         Phi: [rad], shape (nc,).
         torsion: moment on the object [N m], shape (nc,).
         refusal: why there is no grasp at rest; None if there is one.
+        leant: forces and torques of the start where tips have moments; None where they have none.
     """
 
     angles: Array
@@ -41,6 +43,7 @@ class Posture:
     Phi: Array
     torsion: Array
     refusal: GraspError | None
+    leant: Leant | None = None
 
 
 def find_posture(
@@ -73,7 +76,7 @@ def find_posture(
     joints = joints_of(world, grasp.state.q)
     if scenario.grasp.opening:
         return Posture(joints, nothing, unknown, unknown, unknown, None)
-    return Posture(joints, nothing, grasp.deformation[:, 0], grasp.angles[:, 1], grasp.force[:, 3], None)
+    return Posture(joints, nothing, grasp.deformation[:, 0], grasp.angles[:, 1], grasp.force[:, 3], None, grasp.leant)
 
 
 def _approach(world: World, index: int, target: Array, angles: Array) -> float:

@@ -143,6 +143,8 @@ def quality_in(world: World, scenario: Scenario, with_least: bool = True) -> Gra
     posture = find_posture(world, scenario, here.materials, points, normals, forces)
     arm = Arm(world)
     arm.move(posture.angles)
+    if posture.leant is not None:
+        forces = posture.leant.forces
     torque = _holding_torque(arm, posture, points, forces, scenario.grasp.opening > 0.0)
     fingers = tuple(
         judge_finger(arm, i, posture, normals[i], forces[i], torque, here.materials[i], float(friction[i]))
@@ -205,4 +207,6 @@ def _holding_torque(arm: Arm, posture: Posture, points: Array, forces: Array, is
         return np.full_like(torque, np.nan)
     if is_open:
         return torque
+    if posture.leant is not None:
+        torque += posture.leant.torque
     return torque + sum(arm.point_jacobian(i, points[i]).T @ forces[i] for i in range(len(points)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softhand.closed_loop.object_tangent import length_of
 from softhand.closed_loop.start import HeldStart, held_end, held_sample, held_start
 from softhand.contact.pads import Fingertip
-from softhand.errors import GraspError, ScenarioError
+from softhand.errors import GraspError, LawError, ScenarioError
 from softhand.grasping.materials import Material
 from softhand.model.world import World
 from softhand.numerics.arrays import Array
@@ -140,6 +140,7 @@ def held_there(start: HeldStart) -> Held:
 
     Raises:
         GraspError: a fingertip does not press on the object.
+        LawError: as `held_by`.
     """
     plant, observed = start.probe.plant, start.probe.at(start.state, start.time)
     return held_by(observed, plant.tip_contacts, plant.fingertips, plant.world, start.time)
@@ -152,7 +153,18 @@ def held_by(
     world: World,
     time: float,
 ) -> Held:
-    """The same from an observation and the contacts that go with it."""
+    """The same from an observation and the contacts that go with it.
+
+    Raises:
+        GraspError: as `held_there`.
+        LawError: a law has a moment, which what follows does not count.
+    """
+    for law in (tip.law for tip in fingertips if tip.law.moment is not None):
+        raise LawError(
+            f"law '{type(law).__name__}' transmits moments where the tips lean, and how a grasp holds is told by "
+            "forces and torsions alone; take a law without, such as `conservative`, or push in a simulation.",
+            law=type(law).__name__,
+        )
     open_tips = [name for name, row in zip(observed.tip_names, observed.contact_force, strict=True) if not row[2] > 0.0]
     if open_tips:
         raise GraspError(

@@ -18,8 +18,8 @@ class Bulk(Law):
     that is bent is soft, and where it leans a pressed finger pushes sideways, as in `parallel-distributed`. With
     `contact = "coulomb"` it slips by the ratio of the whole tangential to the whole normal force, as Jang, Petrichenko,
     Bae and Haninger, arXiv 2310.04846, find it for soft fingers. Their finding is planar; the stiffness in space as one
-    matrix is ours, and so is the torsion spring. An energy at a fixed lean only: its moment, by which a finger resists
-    being leant, is not transmitted. A force along the normal that pulls, under much shear against the lean, ends a run.
+    matrix is ours, and so are the torsion spring and the moment, by which a finger resists being leant. A force along
+    the normal that pulls, under much shear against the lean, ends a run.
     The default k_along gives the reference tip's force at d = 2.3 mm.
     """
 
@@ -71,10 +71,19 @@ class Bulk(Law):
 
     @staticmethod
     def energy(dr, s1, s2, psi, lean1, lean2, radius, k_along, k_across, k_torsional):
-        """U [J] of a tip that touches, at a fixed lean."""
+        """U [J]."""
         if dr <= 0.0:
             return 0.0
         upright = sqrt(1.0 - lean1 * lean1 - lean2 * lean2)
         along = s1 * lean1 + s2 * lean2 + dr * upright
         linear = k_across * (dr * dr + s1 * s1 + s2 * s2) + (k_along - k_across) * along * along
         return 0.5 * linear + 0.5 * k_torsional * psi * psi
+
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean1, lean2, radius, k_along, k_across, k_torsional):
+        """(m_1, m_2) [N m]: the slope of U as the finger is leant."""
+        if dr <= 0.0:
+            return 0.0, 0.0
+        upright = sqrt(1.0 - lean1 * lean1 - lean2 * lean2)
+        along = (k_along - k_across) * (s1 * lean1 + s2 * lean2 + dr * upright)
+        return -along * (s2 * upright - dr * lean2), along * (s1 * upright - dr * lean1)

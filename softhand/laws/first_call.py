@@ -55,7 +55,7 @@ def check_formulas_end(name: str, formulas: Iterable[Formula], cases: Sequence[S
         _give_up(worker)
         raise LawError(
             f"law '{name}': a formula has not ended after {TIME_LIMIT:g} s and {len(cases)} first calls; look for a "
-            "loop without end in `force` or `stiffness`.",
+            "loop without end in `force`, `stiffness` or `moment`.",
             law=name,
         )
 

@@ -35,9 +35,14 @@ def check_formulas(law: Law, leading: tuple[str, ...]) -> None:
     Raises:
         LawError: they do not; names the law, the file and the line. Carries `.law`, `.file` and `.line`.
     """
+    if law.coordinates == "polar" and (own := _formula(law, "moment")) is not None:
+        raise _refused(
+            law, own, "it has a `moment`, and polar coordinates, in which no contact transmits one: write the law in "
+            'surface coordinates, `coordinates = "surface"`, or take `moment` out'
+        )  # fmt: skip
     parameters = _numbers(law)
     arguments = (*_small(law), *parameters)
-    for name, n_results in (("force", 4), ("stiffness", 16)):
+    for name, n_results in (("force", 4), ("stiffness", 16), ("moment", 2)):
         formula = _formula(law, name)
         if formula is None:
             continue

@@ -18,6 +18,7 @@ from softhand.dampings.damping import Damping
 from softhand.errors import LawError
 from softhand.laws.formula import check_formulas, uncompilable
 from softhand.laws.key import make_compilable
+from softhand.laws.rolling import compile_bend, compile_slope
 from softhand.numerics.compiled import kernel_folder
 from softhand.settings.settings import Settings
 
@@ -79,6 +80,17 @@ class Law(Settings):
     """Optional static method with the arguments of `force`: the energy [J] of which the force is the derivative, for
     laws that have one."""
 
+    moment: ClassVar[Callable[..., tuple[float, float]] | None] = None
+    """Optional static method with the arguments of `force`, for surface coordinates: what a tip that rolls has to pay,
+    the moments m_1, m_2 [N m] on the object about the first and the second axis of the face. With the energy U of the
+    law, its slopes U_1 = dU/dlean1, U_2 = dU/dlean2 and l3 = sqrt(1 - lean1^2 - lean2^2) they are
+
+        m_1 = -U_2 l3,   m_2 = U_1 l3
+
+    The third moment, m_3 = U_2 lean1 - U_1 lean2 about the normal, follows from these, as m is at a right angle to
+    x_F: the contact adds it, and `force` returns as tau what belongs to the twist alone, dU/dpsi. Without `moment` a
+    contact transmits none, as is right where U does not depend on the lean."""
+
     damping: ClassVar[Damping] = Damping()
     """What holds where a scenario names no damping."""
 
@@ -98,7 +110,7 @@ class Law(Settings):
         return tuple(cls.model_fields)
 
     def arguments(self, deformation: ArrayLike, contact_angle: float, bearing: float = 0.5 * pi) -> NDArray[np.float64]:
-        """What `force`, `stiffness` and `energy` take, at one deformation; as `__call__`."""
+        """What `force`, `stiffness`, `energy` and `moment` take, at one deformation; as `__call__`."""
         values = [float(value) for value in np.asarray(deformation)]
         if self.coordinates == "polar":
             return np.array([*values, contact_angle + values[2], *self.parameters()])
@@ -128,6 +140,10 @@ class CompiledLaw:
     force: Any
     stiffness: Any
     parameters: NDArray[np.float64]
+    slope: Any = None
+    """Of the energy by the lean; None for a law without `moment`, see `laws.rolling`."""
+    bend: Any = None
+    """Its derivatives by the lean; likewise."""
 
 
 def compile_like(law: Law, known: Mapping[Law, CompiledLaw]) -> CompiledLaw:
@@ -143,11 +159,11 @@ def compile_like(law: Law, known: Mapping[Law, CompiledLaw]) -> CompiledLaw:
 
 
 def compile_law(law: Law) -> CompiledLaw:
-    """Compile `force` and `stiffness` of a law (kept on disk, so that this is slow only once).
+    """Compile `force`, `stiffness` and `moment` of a law (kept on disk, so that this is slow only once).
 
     Raises:
         LawError: the formula uses what numba cannot compile, takes other arguments than the law has fields, or does
-            not return four (or sixteen) numbers.
+            not return four (sixteen, two) numbers; or a law in polar coordinates has a moment.
     """
     check_law(law)
     parameters = law.parameters()
@@ -159,9 +175,13 @@ def compile_law(law: Law) -> CompiledLaw:
             stiffness = _compile_differences(law.force, *make_compilable(law.force), n_arguments, is_polar)
         else:
             stiffness = _compile_formula(law.stiffness, *make_compilable(law.stiffness), n_arguments, 16)
+        slope, bend = None, None
+        if law.moment is not None:
+            own = law.moment, *make_compilable(law.moment), n_arguments
+            slope, bend = compile_slope(*own), compile_bend(*own)
     except Exception as error:  # numba raises of many kinds
         raise uncompilable(law, error) from error
-    return CompiledLaw(force, stiffness, parameters)
+    return CompiledLaw(force, stiffness, parameters, slope, bend)
 
 
 def check_law(law: Law) -> None:
@@ -174,7 +194,7 @@ def check_law(law: Law) -> None:
     if law.coordinates not in LEADING:
         raise LawError(f"law '{name}': its coordinates {law.coordinates!r} are none of {', '.join(LEADING)}.", law=name)
     try:
-        _check_once(law, getattr(law, "force", None), law.stiffness)
+        _check_once(law, getattr(law, "force", None), law.stiffness, law.moment)
     except TypeError:  # a law with a list among its fields, which nothing can be kept by
         check_formulas(law, LEADING[law.coordinates])
 

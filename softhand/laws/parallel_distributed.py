@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import pi, sqrt
 
 from softhand.laws.law import Law
 from softhand.settings.settings import NonNegative, Positive
@@ -20,8 +20,7 @@ class ParallelDistributed(Law):
 
     At thp = 0 and d_t = 0 this is (4) with k_r = E. The original is planar. In three dimensions, ours: d_t tan thp is
     taken along the lean of the tip, and d d_t^2 is isotropic; torsion has a spring that stands in for what the original
-    does not have. Its moment M = dP/dthp, the method `moment`, is not transmitted: a contact here carries a force and a
-    torsion, no moment about the tangents. So rolling neither stores nor returns the energy that goes with thp. Reported
+    does not have. Rolling pays for the energy that goes with thp by the moment M = dP/dthp. Reported
     E are 0.20 to 0.23 MPa [U]; the default is the reference tip's k_r.
     """
 
@@ -50,7 +49,7 @@ class ParallelDistributed(Law):
 
     @staticmethod
     def energy(dr, s1, s2, psi, lean1, lean2, radius, E, k_torsional):
-        """P [J] at a fixed lean, with that of the torsion spring."""
+        """P [J], with that of the torsion spring."""
         if dr <= 0.0:
             return 0.0
         cosine = sqrt(1.0 - lean1 * lean1 - lean2 * lean2)
@@ -58,6 +57,11 @@ class ParallelDistributed(Law):
         P = pi * E * (dr**3 / (3.0 * cosine * cosine) + dr * dr * along + dr * (s1 * s1 + s2 * s2))
         return P + 0.5 * k_torsional * psi * psi
 
-    def moment(self, dr: float, d_t: float, thp: float) -> float:
-        """M = dP/dthp [N m], which a contact here does not transmit."""
-        return pi * self.E * (2.0 * dr**3 * sin(thp) / (3.0 * cos(thp) ** 3) + dr * dr * d_t / cos(thp) ** 2)
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean1, lean2, radius, E, k_torsional):
+        """(m_1, m_2) [N m]: M = dP/dthp along the lean, and what P asks for across it."""
+        if dr <= 0.0:
+            return 0.0, 0.0
+        square = 1.0 - lean1 * lean1 - lean2 * lean2
+        lever = 2.0 * dr**3 / (3.0 * square * sqrt(square)) + dr * dr * (s1 * lean1 + s2 * lean2) / square
+        return -pi * E * (lever * lean2 + dr * dr * s2), pi * E * (lever * lean1 + dr * dr * s1)

@@ -29,6 +29,7 @@ def generalized_force(touch, nle, torque, external, out):
     for i in range(touch.contacts.shape[0]):
         if not spared(touch.contacts[i].is_idle > 0):
             add_contact_force(touch.columns[i], touch.jacobian[i], touch.contacts[i].force, out)
+            add_contact_moment(touch.columns[i], touch.jacobian[i], touch.contacts[i].lean_elastic, out)
 
 
 @compiled
@@ -40,6 +41,17 @@ def add_contact_force(columns, jacobian, force, out):
             break
         row = jacobian[a]
         out[columns[a]] -= row[0] * x + row[1] * y + row[2] * z + row[3] * w
+
+
+@compiled
+def add_contact_moment(columns, jacobian, slope, out):
+    """out -= J^T dU/dlean of one contact, whose law has a moment; slope [J], shape (2,), zero if it has none."""
+    if jacobian.shape[1] == 4:
+        return
+    for a in range(columns.shape[0]):
+        if columns[a] < 0:
+            break
+        out[columns[a]] -= jacobian[a, 4] * slope[0] + jacobian[a, 5] * slope[1]
 
 
 @compiled

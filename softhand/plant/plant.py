@@ -21,7 +21,7 @@ from softhand.model.terms import RigidTerms
 from softhand.model.world import World
 from softhand.numerics.arrays import AnyArray, Array
 from softhand.numerics.straight import structure_of
-from softhand.plant.dynamics import accelerate
+from softhand.plant.dynamics import accelerate, add_contact_moment
 from softhand.plant.resistance import Resistance, become, evaluate_resistance, resistance_of
 from softhand.plant.state import State, is_at, set_at
 from softhand.tactile.taxels import Taxels
@@ -56,8 +56,8 @@ class Plant:
         pads: constants of each contact, fingertips first, `records.PAD`, shape (nc,).
         contacts: each contact at the last state, `records.CONTACT`, shape (nc,).
         columns: velocities that move each pad, then its base, padded with -1, shape (nc, width).
-        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids 6, see
-            `contact_jacobian`.
+        contact_columns: [J_CF, -J_O] of each contact by these columns, shape (nc, width, 4); with ellipsoids
+            and laws that have a moment 6, see `contact_jacobian`.
         touching: the four together, room for the dr of each where a step began, shape (nc,), and damping, friction and
             stops of the joints.
         rigid: mass matrix and velocity terms at any configuration.
@@ -100,7 +100,8 @@ class Plant:
         self.columns, self.pads["own"], self.envelope = contact_columns(world, supports)
         self.can_slip = any(contact.can_slip for contact in every)
         self.contacts = np.zeros(len(every), CONTACT)
-        self.contact_columns = np.zeros((*self.columns.shape, 6 if self.pads["semi_axes"].any() else 4))
+        rolls = self.pads["semi_axes"].any() or self.pads["slope_function"].any()
+        self.contact_columns = np.zeros((*self.columns.shape, 6 if rolls else 4))
         self.touching = Touch(self.pads, self.columns, self.contacts, self.contact_columns, np.full(len(every), np.nan),
                               resistance_of(world))  # fmt: skip
         self.at = np.full(world.nq + world.nv + len(every) * self.n_memory, np.nan)
@@ -263,6 +264,13 @@ class Plant:
         for rows, columns, values in zip(jacobian, self.columns, self.contact_columns, strict=True):
             rows[:, columns[columns >= 0]] = values[columns >= 0, :4].T
         return jacobian
+
+    def moment_force(self) -> Array:
+        """Generalized force of the moments of the contacts at the last state, shape (nv,); zero if no law has any."""
+        out = np.zeros(self.world.nv)
+        for contact, columns, jacobian in zip(self.contacts, self.columns, self.contact_columns, strict=True):
+            add_contact_moment(columns, jacobian, contact["lean_elastic"], out)
+        return out
 
     def acceleration(self, torque: Array, out: Array) -> Array:
         """dv/dt at the last state under the joint torques [N m], shape (n,); written to `out`, shape (nv,).

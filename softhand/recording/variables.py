@@ -31,6 +31,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "displacement_component": ("dtheta", "dphi", "dpsi"),
     "surface_component": ("dr", "s1", "s2", "psi"),
     "force_component": ("f_x", "f_y", "f_z", "tau"),
+    "moment_component": ("m_x", "m_y", "m_z"),
     "shear_component": ("f_x", "f_y"),
     "angle": ("Theta", "Phi"),
     "coordinate": ("theta", "phi", "alpha_o_1", "alpha_o_2", "psi"),
@@ -48,6 +49,9 @@ COMMANDED = {
     "velocity": "joint_velocity_commanded",
 }
 """What it asked for, by what it commands; there under [actuation] alone."""
+
+MOMENTS = ("contact_moment", "support_moment")
+"""There under laws with a moment alone."""
 
 FOUND_AFTERWARDS = ("slipped_share", "microslip_loss")
 """What a run does not record, but for `slipped_share` with `fingertip.slip_elements`; `softhand.incipient_slip` finds
@@ -81,6 +85,12 @@ VARIABLES: dict[str, Variable] = {
     "deformation": Variable((*_CONTACT, "deformation_component"), "m, rad, rad, rad", "fingertip deformation"),
     "contact_force": Variable(
         (*_CONTACT, "force_component"), "N, N, N, N m", "force and torsion on the object, in the contact frame"
+    ),
+    "contact_moment": Variable(
+        (*_CONTACT, "moment_component"),
+        "N m",
+        "moment on the object that the lean of the tip adds to contact_force, in the contact frame; under laws with a "
+        "moment alone",
     ),
     "contact_angles": Variable((*_CONTACT, "angle"), "rad", "angles of the contact on the hemisphere"),
     "contact_point": Variable((*_CONTACT, "xyz"), "m", "contact point, in the world"),
@@ -125,6 +135,7 @@ VARIABLES: dict[str, Variable] = {
     "support_force": Variable(
         (*_SUPPORT, "force_component"), "N, N, N, N m", "force and torsion of a support, in its contact frame"
     ),
+    "support_moment": Variable((*_SUPPORT, "moment_component"), "N m", "contact_moment of a support, likewise"),
     "support_deformation": Variable(
         (*_SUPPORT, "surface_component"), "m, m, m, rad", "depth, shear and torsion of a support"
     ),

@@ -121,6 +121,9 @@ def describe_contacts(touch, at_tips):
         contact = touch.contacts[i]
         at_tips.slipped_share[i] = contact.slipped_share if touch.pads[i].elements > 1 else contact.is_slipping
         _describe_elements(touch.pads[i], contact, at_tips.element_deformation[i], at_tips.element_force[i])
+    for i in range(at_tips.contact_moment.shape[0]):
+        for k in range(3):
+            at_tips.contact_moment[i, k] = touch.contacts[i].moment[k]
 
 
 @compiled
@@ -241,3 +244,6 @@ def describe_supports(contacts, first, supports):
             for k in range(3):
                 supports.support_rotation[i, row, k] = contact.rotation[row, k]
         supports.support_is_slipping[i], supports.support_slip_loss[i] = contact.is_slipping, contact.slip_loss
+    for i in range(supports.support_moment.shape[0]):
+        for k in range(3):
+            supports.support_moment[i, k] = contacts[first + i].moment[k]

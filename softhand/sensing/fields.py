@@ -37,6 +37,10 @@ class Sizes(NamedTuple):
     """contacts of the fingertips, if some have elements that slip by themselves"""
     elements: int = 0
     """most of a contact, likewise"""
+    leaning: int = 0
+    """contacts of the fingertips if some law of theirs has a moment, or none"""
+    leaning_supports: int = 0
+    """supports, likewise"""
 
 
 RECORDED = {
@@ -49,6 +53,7 @@ RECORDED = {
     "tip_position": "nc 3",
     "deformation": "nc 4",
     "contact_force": "nc 4",
+    "contact_moment": "leaning 3",
     "contact_angles": "nc 2",
     "contact_point": "nc 3",
     "contact_rotation": "nc 3 3",
@@ -65,6 +70,7 @@ RECORDED = {
     "element_deformation": "nc elements 3",
     "element_force": "nc elements 4",
     "support_force": "ns 4",
+    "support_moment": "leaning_supports 3",
     "support_deformation": "ns 4",
     "support_point": "ns 3",
     "support_rotation": "ns 3 3",

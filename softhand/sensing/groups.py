@@ -43,6 +43,7 @@ class Contacts(NamedTuple):
     """The contacts of the tips."""
 
     contact_force: Array
+    contact_moment: Array
     contact_angles: Array
     contact_point: Array
     contact_rotation: Array
@@ -77,6 +78,7 @@ class Supports(NamedTuple):
     """What else touches."""
 
     support_force: Array
+    support_moment: Array
     support_deformation: Array
     support_point: Array
     support_rotation: Array

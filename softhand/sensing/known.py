@@ -42,16 +42,7 @@ class Known:
         world = plant.world
         inertia: pin.Inertia = world.model.inertias[world.object_joint]
         known = cls(
-            Sizes(
-                world.n_joints,
-                world.nq,
-                world.n_tips,
-                len(plant.supports),
-                pairs,
-                plant.n_taxels,
-                plant.n_shares,
-                plant.n_elements,
-            ),
+            sizes_of(plant, pairs),
             plant.fingertips,
             tuple(tip.name for tip in world.tips),
             world.effort_limit.copy(),
@@ -70,3 +61,13 @@ class Known:
         ):  # fmt: skip
             array.flags.writeable = False
         return known
+
+
+def sizes_of(plant: Plant, pairs: int) -> Sizes:
+    """How many numbers an observation of a plant has, with so many pairs of contacts."""
+    world, n = plant.world, plant.world.n_tips
+    leans = plant.pads["slope_function"] != 0
+    return Sizes(
+        world.n_joints, world.nq, n, len(plant.supports), pairs, plant.n_taxels, plant.n_shares, plant.n_elements,
+        leaning=n if leans[:n].any() else 0, leaning_supports=len(plant.supports) if leans[n:].any() else 0,
+    )  # fmt: skip

@@ -70,6 +70,9 @@ class Observation:
     """Axes of the contact frames C_F (x_C, y_C, outward normal of the tip) in the world, shape (nc, 3, 3)."""
     contact_force: Array
     """f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4)."""
+    contact_moment: Array
+    """Moments about x_C, y_C, z_C on the object beside `contact_force` [N m], of laws that have a `moment`; NaN under
+    [sensing], as nothing measures them. Shape (nc, 3), or (0, 3) if no law of a tip has one."""
     contact_angles: Array
     """Of the contact on the tip, in F: Theta in (-pi, pi], Phi in [-pi/2, pi/2] [rad], shape (nc, 2)."""
     contact_coordinates: Array
@@ -107,6 +110,8 @@ class Observation:
     """`contact_force` if all of the contact were like an element; that is their mean, shape (nc, elements, 4)."""
     support_force: Array
     """As `contact_force`, of the supports, shape (ns, 4)."""
+    support_moment: Array
+    """As `contact_moment`, of the supports, shape (ns, 3) or (0, 3)."""
     support_deformation: Array
     """Depth, shear [m] and torsion [rad] of each support, shape (ns, 4)."""
     support_point: Array
@@ -334,7 +339,10 @@ class Observation:
 
     @property
     def grasp_matrix(self) -> Array:
-        """G, wrench on the object about its origin = G contact_force.ravel(), shape (6, 4 nc). J_O = G^T T_O."""
+        """G, wrench on the object about its origin = G contact_force.ravel(), shape (6, 4 nc). J_O = G^T T_O.
+
+        Without what laws with a `moment` transmit beside it.
+        """
         return _interleave(self.object_force_jacobian, self.object_torsion_jacobian).T
 
     @property

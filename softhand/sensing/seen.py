@@ -129,6 +129,8 @@ def see(body, joints, contacts, seen, measured, desired, groups, parts):
             pad, contact, columns, jacobian = touch.pads[i], touch.contacts[i], touch.columns[i], touch.jacobian[i]
             _place_tip(pad, poses[pad.joint], object_pose, measured, i, contact)
             contact_jacobian(pad, contact, columns, J, jacobian)
+            if pad.slope_function != 0:  # which nothing measures
+                contact.moment[:] = math.nan
             relative_velocity(columns, jacobian, v, contact.velocity)
             deformation_rate(contact, contact.velocity, contact.deformation_rate)
             set_limit(pad, contact)

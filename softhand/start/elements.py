@@ -9,7 +9,7 @@ import numpy as np
 from softhand.contact.elements import DISPLACEMENT, LAW, ROW
 from softhand.contact.layer import respond_by_elements
 from softhand.contact.pads import Fingertip, choose_limit, set_material
-from softhand.contact.records import CONTACT, PAD, STORED
+from softhand.contact.records import CONTACT, LEANING, PAD, REMEMBERED, STORED
 from softhand.errors import GraspError
 from softhand.laws.law import CompiledLaw
 from softhand.numerics.arrays import Array
@@ -43,7 +43,7 @@ def load_elements(
         bearing: of the axis of the tip in the face [rad].
         wanted: contact force in C_F before it relaxes, f_x, f_y, f_z [N], tau [N m], within the limit, shape (4,).
         deformation: that of a tip none of whose elements slips; dr and the mean of the elements are set, shape (4,).
-        elements: displacement of each and the force of its law, set, shape (n, STORED + REMEMBERED).
+        elements: displacement of each, force and slope of its law, set, shape (n, STORED + REMEMBERED + LEANING).
 
     Raises:
         GraspError: no such deformation is found.
@@ -89,5 +89,6 @@ def load_elements(
         )  # fmt: skip
     excess(scaled)
     deformation[0] = scaled[0] * radius
-    elements[:, :STORED], elements[:, STORED:] = rows[:n, DISPLACEMENT : DISPLACEMENT + 3], rows[:n, LAW : LAW + 4]
+    elements[:, :STORED] = rows[:n, DISPLACEMENT : DISPLACEMENT + STORED]
+    elements[:, STORED:] = rows[:n, LAW : LAW + REMEMBERED + LEANING]
     deformation[1:] = elements[:, :STORED].mean(axis=0)

@@ -44,7 +44,7 @@ def settle_finger(
         code: of its law; None if that cannot be compiled.
         point: of contact, in the world [m], shape (3,).
         frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
-        force: on the object, in the world [N], shape (3,).
+        force: on the object, in the world [N], and torsion about the inward normal [N m], shape (4,).
         angles: of all joints [rad or m]; those of the finger are set, shape (n,).
         settled: set.
 
@@ -90,7 +90,7 @@ def answer_tip(
         code: of its law; None if that cannot be compiled.
         axes: of F in the world, shape (3, 3).
         frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
-        force: on the object, in the world [N], shape (3,).
+        force: on the object, in the world [N], and torsion about the inward normal [N m], shape (4,).
         settled: set.
 
     Raises:
@@ -112,7 +112,7 @@ def answer_tip(
     x_C = tangent if is_surface else axes @ np.array([0.0, -math.sin(Theta), math.cos(Theta)])
     y_C = np.cross(z_C, x_C)
     bearing = math.atan2(axes[:, 0] @ y_C, axes[:, 0] @ x_C)
-    wanted = np.array([x_C @ force, y_C @ force, z_C @ force, 0.0])
+    wanted = np.array([x_C @ force[:3], y_C @ force[:3], z_C @ force[:3], force[3]])
     asked, deformation = wanted / fingertip.damping.relaxed(), np.zeros(4)
     formula = None if code is None else formula_of(law, code)
     if formula is None or not answer_force(formula, Phi, bearing, asked, deformation, settled.law_force):

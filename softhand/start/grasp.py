@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand.contact.pads import Fingertip, block_size, memory_size
-from softhand.contact.records import REMEMBERED, STORED
+from softhand.contact.pads import Fingertip, block_size, memory_size, remembered_of
+from softhand.contact.records import LEANING, REMEMBERED, STORED
 from softhand.errors import GraspError, LawError
 from softhand.laws.law import CompiledLaw, Law, compile_like
 from softhand.model.arm import Arm
@@ -21,10 +21,11 @@ from softhand.model.world import World, own_columns
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 from softhand.start.finger import settle_finger
+from softhand.start.leaning import TURNS, Leaning, Leant
 from softhand.start.outer import ON_SURFACE, check_is_outer, check_touches_alone
 from softhand.start.reach import Reach, initial_joints, millimetres, place_palm
 from softhand.start.settle import Settled
-from softhand.start.statics import check_friction, check_torques, contact_forces
+from softhand.start.statics import check_friction, check_torques, contact_loads
 from softhand.start.together import Together, settle_together
 
 _IN_A_PLANE = 1e-6  # smallest over largest speed of a tip that its joints move in a plane
@@ -41,6 +42,7 @@ class Grasp:
         force: f_x, f_y, f_z [N] and tau [N m] on the object in C_F, shape (nc, 4).
         angles: Theta, Phi [rad], shape (nc, 2).
         friction_use: |f_t| / (mu f_z), shape (nc,).
+        leant: forces in the world and torques where tips have moments; None where no law has any.
     """
 
     state: State
@@ -48,6 +50,7 @@ class Grasp:
     force: Array
     angles: Array
     friction_use: Array
+    leant: Leant | None = None
 
 
 def faces_of(world: World, contact_points: Sequence[ArrayLike]) -> list[Face]:
@@ -90,7 +93,8 @@ def solve_grasp(
     """Joint angles and deformations in equilibrium with gravity, without stored torsion.
 
     The contact forces are f_C = K f_N + (J_O^fT)^+ N_O, (57) with tau_C = 0. Each tip then solves for the deformation
-    that the law answers with that force, and for the joint angles that put it there.
+    that the law answers with that force, and for the joint angles that put it there. Where laws have moments, these are
+    part of what carries the object: forces, deformations and moments are found in turn, see `statics.contact_loads`.
 
     Args:
         world: hand and object.
@@ -112,63 +116,77 @@ def solve_grasp(
     """
     position, rotation = np.asarray(position, dtype=float), np.asarray(rotation, dtype=float)
     points = [position + rotation @ np.asarray(point, dtype=float) for point in contact_points]
-    forces = contact_forces(world, points, position, rotation, internal_force)
-    normals = [rotation @ fingertip.face.normal for fingertip in fingertips]
-    for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces, strict=True):
-        check_friction(
-            tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
-        )
     guess = initial_joints(world, joint_guess)
-    angles, arm = guess.copy(), Arm(world)
+    arm, leaning = Arm(world), Leaning(world, fingertips)
     nc = world.n_tips
     deformation, contact_angles, contact_force = np.zeros((nc, 4)), np.zeros((nc, 2)), np.zeros((nc, 4))
     law_force = np.zeros((nc, 4))
     code = _compiled_laws(fingertips, known or {})
-    elements = [np.zeros((fingertip.elements, STORED + REMEMBERED)) for fingertip in fingertips]
+    elements = [np.zeros((fingertip.elements, STORED + REMEMBERED + LEANING)) for fingertip in fingertips]
     settled = [
         Settled(deformation[i], contact_angles[i], contact_force[i], law_force[i], elements[i]) for i in range(nc)
     ]
-    try:
-        if reach == "all" and world.coupling is None and shared_columns(world.tips):
-            place_palm(arm, fingertips, points, rotation, angles)
-        found = _settled(
-            arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles, settled
-        )
-    except GraspError as error:
-        if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
-            raise
-        try:
-            found = settle_together(
-                arm, fingertips, code, contact_points, internal_force, position, rotation, guess, settled
+    asked = points, position, rotation
+    for _ in range(TURNS):
+        angles, (points, position, rotation) = guess.copy(), asked
+        normals = np.array([rotation @ fingertip.face.normal for fingertip in fingertips])
+        forces = contact_loads(world, points, position, rotation, internal_force, leaning.wrench, -normals)
+        for tip, fingertip, normal, force in zip(world.tips, fingertips, normals, forces[:, :3], strict=True):
+            check_friction(
+                tip.name, fingertip.friction_at_start(world.shape.rotation), -float(normal @ force), force, normal
             )
-        except GraspError:
-            raise error from None
-    if found is not None:
-        angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
-        points = list(position + found.points @ rotation.T)
+        try:
+            if reach == "all" and world.coupling is None and shared_columns(world.tips):
+                place_palm(arm, fingertips, points, rotation, angles)
+            found = _settled(
+                arm, fingertips, code, contact_points, internal_force, points, position, rotation, forces, angles,
+                settled, leaning.wrench,
+            )  # fmt: skip
+        except GraspError as error:
+            if error.quantity not in ("reach", "joints") or not _is_bound(arm, guess):
+                raise
+            try:
+                found = settle_together(
+                    arm, fingertips, code, contact_points, internal_force, position, rotation, guess, settled,
+                    leaning.wrench,
+                )  # fmt: skip
+            except GraspError:
+                raise error from None
+        if found is not None:
+            angles, forces, position, rotation = found.angles, found.forces, found.position, found.rotation
+            points = list(position + found.points @ rotation.T)
+        arm.move(angles)
+        q = arm.q.copy()
+        world.set_object_pose(position, rotation, q)
+        if not leaning.are_any or leaning.update(q, _memory(fingertips, settled, leaning.slopes), forces):
+            break
+    else:
+        raise GraspError(
+            "the moments of the leaning tips and the contact forces do not come into balance: "
+            f"{leaning.change:.2g} N are left. Lower grasp.internal_force, or move the contact points to where the "
+            "tips lean less.",
+            finger="", quantity="moment", value=leaning.change,
+        )  # fmt: skip
     for tip, fingertip, point, own in zip(world.tips, fingertips, points, deformation, strict=True):
         there = rotation.T @ (point - position)
         check_touches_alone(tip.name, world.shape, there, fingertip.face.normal, fingertip.law.radius - own[0])
-    arm.move(angles)
-    check_torques(arm, forces, points)
-    q = arm.q.copy()
-    world.set_object_pose(position, rotation, q)
+    check_torques(arm, forces, points, leaning.torque)
     friction = np.array([fingertip.friction_at_start(world.shape.rotation) for fingertip in fingertips])
     use = np.hypot(contact_force[:, 0], contact_force[:, 1]) / (friction * contact_force[:, 2])
-    state = State(q, np.zeros(world.nv), _memory(fingertips, settled))
-    return Grasp(state, deformation, contact_force, contact_angles, use)
+    state = State(q, np.zeros(world.nv), _memory(fingertips, settled, leaning.slopes))
+    return Grasp(state, deformation, contact_force, contact_angles, use, leaning.leant)
 
 
-def _memory(fingertips: Sequence[Fingertip], settled: Sequence[Settled]) -> Array:
+def _memory(fingertips: Sequence[Fingertip], settled: Sequence[Settled], slopes: Array) -> Array:
     """z of a state in which all is relaxed."""
     memory, block = np.zeros((len(fingertips), memory_size(fingertips))), block_size(fingertips)
-    relaxations = (block - STORED) // REMEMBERED
-    for row, fingertip, one in zip(memory, fingertips, settled, strict=True):
+    size = remembered_of(fingertips)
+    for row, fingertip, one, slope in zip(memory, fingertips, settled, slopes, strict=True):
         if fingertip.elements == 1:
-            one.elements[0, :STORED], one.elements[0, STORED:] = one.deformation[1:], one.law_force
+            one.elements[0] = np.concatenate([one.deformation[1:], one.law_force, slope])
         for k, element in enumerate(one.elements):
-            own = row[k * block : (k + 1) * block]
-            own[:STORED], own[STORED:] = element[:STORED], np.tile(element[STORED:], relaxations)
+            own, remembered = row[k * block : (k + 1) * block], element[STORED : STORED + size]
+            own[:STORED], own[STORED:] = element[:STORED], np.tile(remembered, (block - STORED) // size)
     return memory
 
 
@@ -184,11 +202,12 @@ def _settled(
     forces: Array,
     angles: Array,
     settled: Sequence[Settled],
+    moments: Array,
 ) -> Together | None:
     """All fingers at once where their joints are coupled; else each by itself, which sets the angles."""
     if arm.world.coupling is not None:
         return settle_together(
-            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled
+            arm, fingertips, code, contact_points, internal_force, position, rotation, angles, settled, moments
         )
     for i, fingertip in enumerate(fingertips):
         frame = rotation @ np.column_stack([fingertip.face.tangent, -fingertip.face.normal])

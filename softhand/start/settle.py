@@ -44,7 +44,7 @@ def settle(chain, formula, point, frame, force, relaxed, limits, tolerance, join
         formula: of its law.
         point: of contact, in the world [m], shape (3,).
         frame: tangent and inward normal of the face in the world, as columns, shape (3, 2).
-        force: on the object, in the world [N], shape (3,).
+        force: on the object, in the world [N], and torsion about the inward normal [N m], shape (4,).
         relaxed: share of the law's force that is left at rest.
         limits: lower and upper limit of each joint, shape (2, n).
         tolerance: of the place of the tip [m].
@@ -104,6 +104,6 @@ def _aim(is_surface, axes, frame, force, settled):
     f[0] = x[0] * force[0] + x[1] * force[1] + x[2] * force[2]
     f[1] = y[0] * force[0] + y[1] * force[1] + y[2] * force[2]
     f[2] = z[0] * force[0] + z[1] * force[1] + z[2] * force[2]
-    f[3] = 0.0
+    f[3] = force[3]
     along_x = axes[0, 0] * x[0] + axes[1, 0] * x[1] + axes[2, 0] * x[2]
     return math.atan2(axes[0, 0] * y[0] + axes[1, 0] * y[1] + axes[2, 0] * y[2], along_x)

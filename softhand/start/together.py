@@ -18,7 +18,7 @@ from softhand.numerics.arrays import Array
 from softhand.start.finger import answer_tip
 from softhand.start.reach import millimetres
 from softhand.start.settle import SETTLED, Settled
-from softhand.start.statics import contact_forces
+from softhand.start.statics import contact_loads
 
 FARTHEST = 1e-3
 """[m] by which a start moves a contact point along the face, or the object, to where the coupled joints reach it."""
@@ -40,7 +40,7 @@ class Together(NamedTuple):
     Attributes:
         angles: of the motors [rad or m], shape (n,).
         points: of contact in the object frame [m], shape (nc, 3).
-        forces: on the object, in the world [N], shape (nc, 3).
+        forces: of `contact_loads`, shape (nc, 4).
         position: of the object frame in the world [m], shape (3,).
         rotation: its axes, shape (3, 3).
     """
@@ -62,6 +62,7 @@ def settle_together(
     rotation: Array,
     angles: Array,
     settled: Sequence[Settled],
+    moments: Array,
 ) -> Together:
     """Motor positions and deformations of all fingers that answer their contact forces.
 
@@ -79,9 +80,10 @@ def settle_together(
         rotation: its axes, shape (3, 3).
         angles: of the motors to begin from, and to be near to [rad or m], shape (n,).
         settled: of each tip, set.
+        moments: of all tips on the object, as in `contact_loads`.
 
     Raises:
-        GraspError: the points are out of reach, or as `answer_tip` and `contact_forces`.
+        GraspError: the points are out of reach, or as `answer_tip` and `contact_loads`.
     """
     asked = np.array([np.asarray(point, dtype=float) for point in contact_points])
     faces, world = [fingertip.face for fingertip in fingertips], arm.world
@@ -95,7 +97,10 @@ def settle_together(
         fit.solve(inward, first=turn == 0)
         points, faces = fit.contacts(inward)
         fit.follow(points, faces)
-        forces = contact_forces(world, list(fit.to_world(points)), fit.position, fit.rotation, internal_force)
+        inward_normals = np.array([-fit.rotation @ face.normal for face in faces])
+        forces = contact_loads(
+            world, list(fit.to_world(points)), fit.position, fit.rotation, internal_force, moments, inward_normals
+        )
         for i, (fingertip, face) in enumerate(zip(fingertips, faces, strict=True)):
             frame = fit.rotation @ np.column_stack([face.tangent, -face.normal])
             answer_tip(world, i, fingertip, code.get(fingertip.law), arm.tip(i)[1], frame, forces[i], settled[i])

@@ -17,7 +17,7 @@ from softhand.numerics.branches import seldom, spared, usually
 from softhand.numerics.compiled import compiled
 from softhand.numerics.linear import factor, solve
 from softhand.numerics.prepared import prepared
-from softhand.plant.dynamics import add_contact_force, copy_mass
+from softhand.plant.dynamics import add_contact_force, add_contact_moment, copy_mass
 from softhand.plant.plant import Plant
 from softhand.plant.resistance import add_slopes, evaluate_resistance, hold
 from softhand.plant.state import State, is_at, set_at
@@ -279,6 +279,7 @@ def meet_contact(i, touch, terms, kicks, step, z):
     # kick
     add_stiffness(columns, contact, jacobian, step, kicks.matrix)
     add_contact_force(columns, jacobian, contact.force, kicks.acceleration)
+    add_contact_moment(columns, jacobian, contact.lean_elastic, kicks.acceleration)
     add_contact_force(columns, jacobian, pull, kicks.acceleration)
 
 

@@ -135,17 +135,24 @@ def add_stiffness(columns, contact, jacobian, step, matrix):
 
 @compiled
 def _add_rolling(columns, contact, jacobian, weight, matrix):
-    """Lower triangle of matrix += (h^2/4) J^T `rolling` J, J the turning of z_C: see `roll_stiffness`."""
+    """Lower triangle of matrix += (h^2/4) J^T `rolling` J, J columns 4 and 5: `roll_stiffness`, `bend_stiffness`."""
+    B = contact.leaning
     xx, xy, yy = weight * contact.rolling[0], weight * contact.rolling[1], weight * contact.rolling[2]
     for b in range(columns.shape[0]):
         if columns[b] < 0:
             break
-        x, y = jacobian[b, 4], jacobian[b, 5]
+        J, x, y = jacobian[b], jacobian[b, 4], jacobian[b, 5]
         fx, fy = xx * x + xy * y, xy * x + yy * y
+        for k in range(4):
+            fx += weight * B[k, 0] * J[k]
+            fy += weight * B[k, 1] * J[k]
+        f0, f1 = weight * (B[0, 0] * x + B[0, 1] * y), weight * (B[1, 0] * x + B[1, 1] * y)
+        f2, f3 = weight * (B[2, 0] * x + B[2, 1] * y), weight * (B[3, 0] * x + B[3, 1] * y)
         for a in range(b, columns.shape[0]):
             if columns[a] < 0:
                 break
-            matrix[columns[a], columns[b]] += jacobian[a, 4] * fx + jacobian[a, 5] * fy
+            J = jacobian[a]
+            matrix[columns[a], columns[b]] += J[4] * fx + J[5] * fy + J[0] * f0 + J[1] * f1 + J[2] * f2 + J[3] * f3
 
 
 @compiled
@@ -161,21 +168,26 @@ def take_stiffness(columns, contact, jacobian, step, x, out):
             force[k] += weight * 0.5 * (K[k, j] + K[j, k]) * y[j]
     add_contact_force(columns, jacobian, force, out)
     if jacobian.shape[1] > 4:
-        _take_rolling(columns, contact, jacobian, weight, x, out)
+        _take_rolling(columns, contact, jacobian, weight, x, y, out)
 
 
 @compiled
-def _take_rolling(columns, contact, jacobian, weight, x, out):
-    """out -= (h^2/4) J^T `rolling` J x, J the turning of z_C."""
+def _take_rolling(columns, contact, jacobian, weight, x, y, out):
+    """out -= (h^2/4) J^T `rolling` J x, likewise."""
     about_x, about_y = 0.0, 0.0
     for a in range(columns.shape[0]):
         if columns[a] < 0:
             break
         about_x += jacobian[a, 4] * x[columns[a]]
         about_y += jacobian[a, 5] * x[columns[a]]
-    rolling = contact.rolling
+    rolling, B = contact.rolling, contact.leaning
     moment_x = weight * (rolling[0] * about_x + rolling[1] * about_y)
     moment_y = weight * (rolling[1] * about_x + rolling[2] * about_y)
+    for k in range(4):
+        moment_x += weight * B[k, 0] * y[k]
+        moment_y += weight * B[k, 1] * y[k]
+        y[k] = weight * (B[k, 0] * about_x + B[k, 1] * about_y)
+    add_contact_force(columns, jacobian, y, out)
     for a in range(columns.shape[0]):
         if columns[a] < 0:
             break

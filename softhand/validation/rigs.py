@@ -20,7 +20,7 @@ from softhand.model.urdf.examination import HAND, OBJECT
 from softhand.model.urdf.urdf import Urdf
 from softhand.model.world import World, load_world
 from softhand.numerics.arrays import Array
-from softhand.plant.dynamics import add_contact_force
+from softhand.plant.dynamics import add_contact_force, add_contact_moment
 from softhand.plant.plant import Plant
 from softhand.plant.state import State
 from softhand.steppers.midpoint import Midpoint
@@ -148,6 +148,7 @@ class Rig:
             self.plant.columns, self.plant.contact_columns, self.plant.contacts, strict=True
         ):
             add_contact_force(columns, jacobian, contact["force"], out)
+            add_contact_moment(columns, jacobian, contact["lean_elastic"], out)
         return out
 
 

@@ -103,8 +103,11 @@ class JointActing(TorqueActing):
 
 
 def holding(worlds: Worlds, index: int) -> Array:
-    """J_CF^T C_F, what the joints of a world do at its start beside holding the hand itself [N m or N], shape (n,)."""
+    """J_CF^T C_F, what the joints of a world do at its start beside holding the hand itself [N m or N], shape (n,).
+
+    The moments of the tips, where their laws have any, are in it.
+    """
     seen = worlds.runs[index].observation
     force, torsion = seen.contact_force[:, :3].ravel(), seen.contact_force[:, 3]
     held: Array = seen.hand_force_jacobian.T @ force + seen.hand_torsion_jacobian.T @ torsion
-    return held
+    return held - worlds.runs[index].plant.moment_force()[: len(held)]
