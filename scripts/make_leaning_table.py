@@ -1,4 +1,4 @@
-"""Write tests/data/leaning.csv: what a plane feels of a tip that leans on it, by finite elements; takes half an hour."""
+"""Write tests/data/leaning.csv: what a plane feels of a tip that leans on it, by finite elements; half an hour."""
 
 from __future__ import annotations
 
@@ -11,7 +11,17 @@ from pathlib import Path
 from softhand.material.leaning import Leaning, LeaningTip
 
 FILE = Path(__file__).parents[1] / "tests" / "data" / "leaning.csv"
-COLUMNS = ("contact", "nu", "from [deg]", "lean [deg]", "d / r", "f_n / (G r^2)", "f_t / (G r^2)", "m / (G r^3)", "mesh")
+COLUMNS = (
+    "contact",
+    "nu",
+    "from [deg]",
+    "lean [deg]",
+    "d / r",
+    "f_n / (G r^2)",
+    "f_t / (G r^2)",
+    "m / (G r^3)",
+    "mesh",
+)
 DEPTHS = (0.1, 0.15, 0.2, 0.25, 0.3)
 RATIOS = (0.5, 0.3, 0.1)
 LEANS = (15, 30, 45)

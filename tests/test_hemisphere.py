@@ -127,7 +127,7 @@ def test_the_lean_shifts_where_the_shear_is_none(rng: np.random.Generator) -> No
 
 
 def test_the_apex_has_no_pole(rng: np.random.Generator) -> None:
-    """Near the apex the force is that at the apex, whatever the bearing, and the moment of what does not lean beta f_t."""
+    """Near the apex the force is that at the apex, whatever the bearing; upright the moment has the lever beta."""
     law = Hemisphere(radius=R, G=G)
     for deformation in general(rng, 4):
         top = law(deformation, UP)
@@ -228,22 +228,47 @@ def answer_of(row: dict[str, float]) -> Array:
     return np.array([*law.force(*at)[:2], law.moment(*at)[1]])
 
 
-def test_leaning_it_is_near_the_elements_that_stick() -> None:
-    """Force within 15 %, its direction within 0.03, the place where it acts within 0.05 r up to 30 deg.
-
-    At 45 deg up to 0.25 r likewise but for nu = 0.5, and the place; deeper the edge of the flat face touches.
-    """
-    rows = leaning_rows("sticking")
-    assert len(rows) == 45
+@pytest.mark.parametrize("lean", [15.0, 30.0])
+def test_leaning_it_is_near_the_elements_that_stick(lean: float) -> None:
+    """Force within 12 %, f_t / f_n within 0.04, and the place where the force acts within 0.055 r, d up to 0.3 r."""
+    rows = [row for row in leaning_rows("sticking") if row["lean"] == lean]
+    assert len(rows) == 15
     for row in rows:
         normal, along, moment = answer_of(row)
-        steep = row["lean"] > 40.0
-        if steep and row["d"] > 0.26:
+        assert normal == pytest.approx(row["f_n"], rel=0.12), row
+        assert along / normal == pytest.approx(row["f_t"] / row["f_n"], abs=0.04), row
+        assert moment / normal == pytest.approx(row["m"] / row["f_n"], abs=0.055), row
+
+
+def test_leaning_far_it_is_near_them_until_the_edge_touches() -> None:
+    """At 45 deg, d up to 0.25 r: force within 17 %, the rest less well, above all with nu = 0.5."""
+    for row in leaning_rows("sticking"):
+        if row["lean"] < 40.0 or row["d"] > 0.26:
             continue
-        assert normal == pytest.approx(row["f_n"], rel=0.18 if steep else 0.13), row
-        tight = not (steep and row["nu"] > 0.45 and row["d"] > 0.16)
-        assert along / normal == pytest.approx(row["f_t"] / row["f_n"], abs=0.03 if tight else 0.13), row
-        assert moment / normal == pytest.approx(row["m"] / row["f_n"], abs=0.14 if steep else 0.05), row
+        normal, along, moment = answer_of(row)
+        hard = row["nu"] == 0.5
+        assert normal == pytest.approx(row["f_n"], rel=0.17), row
+        assert along / normal == pytest.approx(row["f_t"] / row["f_n"], abs=0.12 if hard else 0.02), row
+        assert moment / normal == pytest.approx(row["m"] / row["f_n"], abs=0.13 if hard else 0.06), row
+
+
+def test_on_a_smooth_plane_the_lean_makes_little_difference() -> None:
+    """There the law is as upright: within 13 % up to 30 deg, within 15 % at 45 deg up to 0.25 r."""
+    for row in leaning_rows("smooth"):
+        if row["lean"] > 40.0 and row["d"] > 0.26:
+            continue
+        normal = Hemisphere(radius=1.0, G=1.0, nu=row["nu"])([row["d"], 0.0, 0.0, 0.0], UP)[0]
+        assert normal == pytest.approx(row["f_n"], rel=0.15 if row["lean"] > 40.0 else 0.13), row
+
+
+def test_rolled_there_a_tip_is_stiffer_than_the_law() -> None:
+    """Pressed upright and then rolled by 20 deg it has two to three times the force of one that is pressed there."""
+    rows = [row for row in leaning_rows("rolled") if row["from"] == 0.0]
+    assert len(rows) == 3
+    for row in rows:
+        normal, along, _ = answer_of(row)
+        assert normal == pytest.approx(row["f_n"], rel=0.12), row
+        assert 2.0 < row["f_t"] / along < 3.1, row
 
 
 def test_a_material_that_cannot_be_is_refused() -> None:

@@ -20,20 +20,19 @@ _THIN = 0.025  # of the radius, below which the shear lets go
 class Hemisphere(Law):
     """A hemisphere of shear modulus G and Poisson's ratio nu, bonded at its flat face; no other coefficient.
 
-        U       = (16 / 15) G / (1 - nu) sqrt(r) d^2.5 e^(b d / r) + (1/2) k_t(d) |s + beta(d) l|^2 + (1/2) K_psi(d) psi^2
+        U       = (16 / 15) G / (1 - nu) sqrt(r) d^2.5 e^(b d / r) + (1/2) k_t(d) |t|^2 + (1/2) K_psi(d) psi^2
         1 / k_t = (2 - nu) / (8 G sqrt(r d)) + R^2 / (pi G r^3),   R = r - d
         K_psi   = (16 / 3) G (r d)^1.5 e^(c d / r),   b = 0.9 + 4 nu^2,   c = 4 nu^2 - 0.65
-        beta    = (1.15 + 20 nu^3) d^2 / r,   l the lean, of length cos Phi
+        t       = s + beta l,   beta = (1.15 + 20 nu^3) d^2 / r,   l the lean, of length cos Phi
 
-    and the force is its slope: with t = s + beta l, f_t = k_t t, tau = K_psi psi, f_n = dU/dd, and the moment of rolling
-    is that of the slope dU/dl = beta f_t. As d goes to 0 it is Hertz's ball, and the disc of radius sqrt(r d) of Mindlin
-    and of Reissner and Sagoci on a half-space [F]. The second part of 1 / k_t is the tip behind the disc: slices in
-    series, which have no pole at the apex [Q]. b and c are those of finite elements of a neo-Hookean body, nu from 0.1
-    to 0.5, d up to 0.4 r: the base keeps the sides from giving way [Q]. A tip that leans gives way sideways as it is
-    pressed; what sticks is kept from it by a force beta k_t l towards the apex, beta of finite elements of a tip that
-    leans by up to 45 deg, d up to 0.3 r [Q]. Rolled about where it sticks, a tip is stiffer than that. Below d = 0.05 r
-    the shear fades, so that it vanishes with the contact (ours). The default G gives the reference tip's force at
-    d = 2.3 mm.
+    and the force is its slope: f_t = k_t t, tau = K_psi psi, f_n = dU/dd; rolling costs the moment of the slope
+    dU/dl = beta f_t. As d goes to 0 it is Hertz's ball, and the disc of radius sqrt(r d) of Mindlin and of Reissner and
+    Sagoci on a half-space [F]. The second part of 1 / k_t is the tip behind the disc: slices in series, which have no
+    pole at the apex [Q]. b and c are those of finite elements of a neo-Hookean body, nu from 0.1 to 0.5, d up to 0.4 r:
+    the base keeps the sides from giving way [Q]. A tip that leans gives way sideways as it is pressed; sticking keeps
+    it from that by the force k_t beta l towards the apex. beta is that of finite elements of a tip that leans by up to
+    45 deg, d up to 0.3 r [Q]; one that is pressed and then rolled has more. Below d = 0.05 r the shear fades, so that
+    it vanishes with the contact (ours). The default G gives the reference tip's force at d = 2.3 mm.
     """
 
     coordinates = "surface"

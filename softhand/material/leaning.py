@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand.errors import SofthandError
 from softhand.material.half_ball import half_ball
@@ -17,8 +18,8 @@ from softhand.numerics.arrays import Array
 PENALTY = 3e3
 """Traction of the contact over how far the body goes through the plane, or is dragged along it, over G / r."""
 
-_ROUNDS = 40
-_CLOSE, _NEAR = 1e-6, 1e-4  # of the displacement, over the radius
+_ROUNDS, _LET_GO = 40, 15  # from the second on, what comes off loses its anchor: it would touch in every other round
+_CLOSE = 1e-6  # of the displacement, over the radius
 _FARTHEST = 0.3  # likewise, what one round may move
 _STICKING, _SMOOTH = 0.025, 0.05  # step of the depth, over the radius
 _TURN = np.radians(2.5)
@@ -33,7 +34,8 @@ class Leaning:
         depth: R = 1 - depth is how far the plane is from the middle of the tip.
         normal: force on the plane, away from the tip.
         along: force on it towards the apex, in the direction of the lean.
-        moment: on the tip about the foot of the perpendicular from its middle, that which holds it from leaning back.
+        moment: about the foot of the perpendicular from its middle, that must act for it to lean so: above 0 it would
+            rather stand upright.
     """
 
     lean: float
@@ -98,27 +100,27 @@ class LeaningTip:
             through = n @ arm
             slope = solid.body.slope(self.material, state) + down.T @ (weights * np.maximum(through, 0.0))
             tangent = solid.body.tangent(self.material, state) + _squared(down, weights * (through > 0.0))
+            if k >= _LET_GO:
+                is_held &= through > 0.0
             held = weights * (is_held & (through > 0.0))
             for axis, way, anchor in zip(axes, across, anchors, strict=True):
                 slope += way.T @ (held * (axis @ arm - anchor))
                 tangent = tangent + _squared(way, held)
             free = solid.free
-            factors = splu(
-                tangent[free][:, free].tocsc(), "MMD_AT_PLUS_A", 1e-3, options={"SymmetricMode": True}
-            )
+            factors = splu(tangent[free][:, free].tocsc(), "MMD_AT_PLUS_A", 1e-3, options={"SymmetricMode": True})
             move = factors.solve(-slope[free])
             largest = float(np.max(np.abs(move)))
             if not np.isfinite(largest):
                 break
             x[free] += move * min(1.0, _FARTHEST / max(largest, _FARTHEST))
-            if largest < (_CLOSE if k < _ROUNDS // 2 else _NEAR):
+            if largest < _CLOSE:
                 return self._settle(before, is_held, axes)
         raise SofthandError(
-            f"the finite elements find no balance at depth {self.depth:.3g} r and lean {np.degrees(self.lean):.3g} deg; "
+            f"the finite elements find no balance at depth {self.depth:.3g} r, lean {np.degrees(self.lean):.3g} deg; "
             "try less depth."
         )
 
-    def _settle(self, before: Array, is_held: Array, axes: tuple[Array, Array]) -> Leaning:
+    def _settle(self, before: Array, is_held: NDArray[np.bool_], axes: tuple[Array, Array]) -> Leaning:
         """Forces on the plane, and the anchors of the next step."""
         solid, n = self.solid, _normal(self.lean)
         places = solid.positions(self.x)

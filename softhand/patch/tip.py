@@ -38,7 +38,8 @@ def ring_shares(law: Law, depth: float, edges: Array) -> Array:
 def material_of_law(law: Law) -> tuple[float, float]:
     """G [N/m^2] and nu of the tip.
 
-    A law that names no material has that of an incompressible `hemisphere` which presses back as hard, upright, at dr = 0.2 r.
+    A law that names no material has that of an incompressible `hemisphere` which, upright, presses back as hard at
+    dr = 0.2 r.
     """
     if isinstance(law, Hemisphere):
         return law.G, law.nu
