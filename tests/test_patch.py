@@ -316,8 +316,8 @@ def test_the_material_of_a_law() -> None:
     from softhand.laws.conservative import Conservative
 
     G, nu = material_of_law(Conservative(radius=0.01))
-    force = Conservative(radius=0.01)((0.002, 0.0, 0.0, 0.0), 1.5)[0]
-    assert Hemisphere(radius=0.01, G=G, nu=nu)((0.002, 0.0, 0.0, 0.0), 1.5)[0] == pytest.approx(force)
+    force, up = Conservative(radius=0.01)((0.002, 0.0, 0.0, 0.0), 1.5)[0], 0.5 * math.pi
+    assert Hemisphere(radius=0.01, G=G, nu=nu)((0.002, 0.0, 0.0, 0.0), up)[0] == pytest.approx(force)
     assert contact_radius(Conservative(radius=0.01), 0.002) == pytest.approx(0.006)
     assert contact_radius(Hertz(radius=0.01), 0.002) == pytest.approx(math.sqrt(2e-5))
     assert contact_radius(Hertz(radius=0.01), -0.001) == 0.0

@@ -12,22 +12,27 @@ from softhand.settings.settings import Positive
 
 PRESSED, TWISTED, SQUEEZED = 0.9, -0.65, 4.0
 """Numbers of finite elements, see `Hemisphere`."""
+LEANING, LEANING_SQUEEZED = 1.15, 20.0
+"""Likewise, of elements in three dimensions."""
 _THIN = 0.025  # of the radius, below which the shear lets go
 
 
 class Hemisphere(Law):
     """A hemisphere of shear modulus G and Poisson's ratio nu, bonded at its flat face; no other coefficient.
 
-        U       = (16 / 15) G / (1 - nu) sqrt(r) d^2.5 e^(b d / r) + (1/2) k_t(d) |s|^2 + (1/2) K_psi(d) psi^2
+        U       = (16 / 15) G / (1 - nu) sqrt(r) d^2.5 e^(b d / r) + (1/2) k_t(d) |t|^2 + (1/2) K_psi(d) psi^2
         1 / k_t = (2 - nu) / (8 G sqrt(r d)) + R^2 / (pi G r^3),   R = r - d
         K_psi   = (16 / 3) G (r d)^1.5 e^(c d / r),   b = 0.9 + 4 nu^2,   c = 4 nu^2 - 0.65
+        t       = s + beta l,   beta = (1.15 + 20 nu^3) d^2 / r,   l the lean, of length cos Phi
 
-    and the force is its slope: f_n = dU/dd, f_t = k_t s, tau = K_psi psi. As d goes to 0 it is Hertz's ball, and the
-    disc of radius sqrt(r d) of Mindlin and of Reissner and Sagoci on a half-space [F]. The second part of 1 / k_t is
-    the tip behind the disc: slices in series, which have no pole at the apex [Q]. b and c are those of finite elements
-    of a neo-Hookean body, nu from 0.1 to 0.5, d up to 0.4 r: the base keeps the sides from giving way [Q]. Below
-    d = 0.05 r the shear fades, so that it vanishes with the contact (ours). Where the tip leans makes no difference.
-    The default G gives the reference tip's force at d = 2.3 mm.
+    and the force is its slope: f_t = k_t t, tau = K_psi psi, f_n = dU/dd; rolling costs the moment of the slope
+    dU/dl = beta f_t. As d goes to 0 it is Hertz's ball, and the disc of radius sqrt(r d) of Mindlin and of Reissner and
+    Sagoci on a half-space [F]. The second part of 1 / k_t is the tip behind the disc: slices in series, which have no
+    pole at the apex [Q]. b and c are those of finite elements of a neo-Hookean body, nu from 0.1 to 0.5, d up to 0.4 r:
+    the base keeps the sides from giving way [Q]. A tip that leans gives way sideways as it is pressed; sticking keeps
+    it from that by the force k_t beta l towards the apex. beta is that of finite elements of a tip that leans by up to
+    45 deg, d up to 0.3 r [Q]; one that is pressed and then rolled has more. Below d = 0.05 r the shear fades, so that
+    it vanishes with the contact (ours). The default G gives the reference tip's force at d = 2.3 mm.
     """
 
     coordinates = "surface"
@@ -48,8 +53,10 @@ class Hemisphere(Law):
         _, press, _ = _pressing(dr, radius, G, nu)
         k_t, k_t_rate, _ = _shearing(dr, radius, G, nu)
         K, K_rate, _ = _twisting(dr, radius, G, nu)
-        normal = press + 0.5 * k_t_rate * (s1 * s1 + s2 * s2) + 0.5 * K_rate * psi * psi
-        return normal, k_t * s1, k_t * s2, K * psi
+        beta, beta_rate, _ = _leaning(dr, radius, nu)
+        t1, t2 = s1 + beta * lean1, s2 + beta * lean2
+        normal = press + 0.5 * k_t_rate * (t1 * t1 + t2 * t2) + 0.5 * K_rate * psi * psi
+        return normal + k_t * beta_rate * (t1 * lean1 + t2 * lean2), k_t * t1, k_t * t2, K * psi
 
     @staticmethod
     def stiffness(dr, s1, s2, psi, lean1, lean2, radius, G, nu):
@@ -65,14 +72,29 @@ class Hemisphere(Law):
         _, _, press_rate = _pressing(dr, radius, G, nu)
         k_t, k_t_rate, k_t_bend = _shearing(dr, radius, G, nu)
         K, K_rate, K_bend = _twisting(dr, radius, G, nu)
-        normal = press_rate + 0.5 * k_t_bend * (s1 * s1 + s2 * s2) + 0.5 * K_bend * psi * psi
+        beta, beta_rate, beta_bend = _leaning(dr, radius, nu)
+        t1, t2 = s1 + beta * lean1, s2 + beta * lean2
+        normal = press_rate + 0.5 * k_t_bend * (t1 * t1 + t2 * t2) + 0.5 * K_bend * psi * psi
+        normal += (2.0 * k_t_rate * beta_rate + k_t * beta_bend) * (t1 * lean1 + t2 * lean2)
+        normal += k_t * beta_rate * beta_rate * (lean1 * lean1 + lean2 * lean2)
+        first, second = k_t_rate * t1 + k_t * beta_rate * lean1, k_t_rate * t2 + k_t * beta_rate * lean2
         return (
-            normal, k_t_rate * s1, k_t_rate * s2, K_rate * psi,
-            k_t_rate * s1, k_t, 0.0, 0.0,
-            k_t_rate * s2, 0.0, k_t, 0.0,
+            normal, first, second, K_rate * psi,
+            first, k_t, 0.0, 0.0,
+            second, 0.0, k_t, 0.0,
             K_rate * psi, 0.0, 0.0, K,
         )
         # fmt: on
+
+    @staticmethod
+    def moment(dr, s1, s2, psi, lean1, lean2, radius, G, nu):
+        """(m_1, m_2) of the slope beta f_t of the energy by the lean."""
+        if dr <= 0.0:
+            return 0.0, 0.0
+        k_t, _, _ = _shearing(dr, radius, G, nu)
+        beta, _, _ = _leaning(dr, radius, nu)
+        slope = beta * k_t * sqrt(1.0 - lean1 * lean1 - lean2 * lean2)
+        return -slope * (s2 + beta * lean2), slope * (s1 + beta * lean1)
 
     @staticmethod
     def energy(dr, s1, s2, psi, lean1, lean2, radius, G, nu):
@@ -82,7 +104,9 @@ class Hemisphere(Law):
         press, _, _ = _pressing(dr, radius, G, nu)
         k_t, _, _ = _shearing(dr, radius, G, nu)
         K, _, _ = _twisting(dr, radius, G, nu)
-        return press + 0.5 * k_t * (s1 * s1 + s2 * s2) + 0.5 * K * psi * psi
+        beta, _, _ = _leaning(dr, radius, nu)
+        t1, t2 = s1 + beta * lean1, s2 + beta * lean2
+        return press + 0.5 * k_t * (t1 * t1 + t2 * t2) + 0.5 * K * psi * psi
 
 
 def _pressing(d, radius, G, nu):
@@ -114,3 +138,9 @@ def _twisting(d, radius, G, nu):
     K = 16.0 / 3.0 * G * rd * sqrt(rd) * exp(c * d)
     slope = 1.5 / d + c
     return K, K * slope, K * (slope * slope - 1.5 / (d * d))
+
+
+def _leaning(d, radius, nu):
+    """beta and its first and second derivative by d > 0."""
+    bend = (LEANING + LEANING_SQUEEZED * nu * nu * nu) / radius
+    return bend * d * d, 2.0 * bend * d, 2.0 * bend

@@ -38,7 +38,8 @@ def ring_shares(law: Law, depth: float, edges: Array) -> Array:
 def material_of_law(law: Law) -> tuple[float, float]:
     """G [N/m^2] and nu of the tip.
 
-    A law that names no material has that of an incompressible `hemisphere` which presses back as hard at dr = 0.2 r.
+    A law that names no material has that of an incompressible `hemisphere` which, upright, presses back as hard at
+    dr = 0.2 r.
     """
     if isinstance(law, Hemisphere):
         return law.G, law.nu
@@ -46,4 +47,4 @@ def material_of_law(law: Law) -> tuple[float, float]:
         return law.E / (2.0 * (1.0 + law.nu)), law.nu
     pressed = [_COMPARED * law.radius, 0.0, 0.0, 0.0]
     alike = Hemisphere(radius=law.radius, G=1.0)
-    return float(law(pressed, _LEANING)[0] / alike(pressed, _LEANING)[0]), alike.nu
+    return float(law(pressed, _LEANING)[0] / alike(pressed, 0.5 * math.pi)[0]), alike.nu
