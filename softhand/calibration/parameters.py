@@ -27,7 +27,7 @@ _LENGTH = 3e-3  # [m], by which a place is worth to be known
 _ENDLESS = -math.inf, math.inf
 _TURN = 0.03  # [rad], likewise an orientation
 _LATEST, _DELAY_WORTH = 0.01, 5e-3  # [s]
-_STEP = 1e-4  # of the worth, for differences
+_STEP = 1e-6  # of the worth, for differences
 
 
 class Parameter(NamedTuple):

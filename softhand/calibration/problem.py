@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softhand.assembly.parts import read_fingertips
 from softhand.assembly.plant import read_supports, read_world
 from softhand.assembly.resolve import Setup
+from softhand.calibration.handing_on import Kick
 from softhand.calibration.instruments import Instrument, instruments_of, measured_values, off, true_values
 from softhand.calibration.log import Log
 from softhand.calibration.parameters import BIAS, DELAY, PLANT, Parameter, keyed
@@ -30,6 +31,9 @@ from softhand.steppers.midpoint import Midpoint
 
 T = TypeVar("T")
 
+_CLOSER = 0.01
+_UNMOVED, _NOT = np.array([-1]), np.zeros(1)
+
 
 class Piece(NamedTuple):
     """Some samples of a log that follow one another."""
@@ -46,6 +50,7 @@ class Linear(NamedTuple):
         by_start: derivative of what is predicted by s, shape (m, states).
         by_parameters: by x, shape (m, p).
         end: the state where the next piece begins.
+        kick: that it begins with.
         end_by_start: derivative of its tangent coordinates by s, shape (states, states).
         end_by_parameters: by x, shape (states, p).
     """
@@ -54,6 +59,7 @@ class Linear(NamedTuple):
     by_start: Array
     by_parameters: Array
     end: State
+    kick: Kick
     end_by_start: Array
     end_by_parameters: Array
 
@@ -63,6 +69,7 @@ class Run(NamedTuple):
 
     r: Array
     end: State
+    kick: Kick
 
 
 class Problem:
@@ -76,6 +83,7 @@ class Problem:
             each piece.
         channels: of each channel its quantity and component.
         period: of the log [s].
+        kicks: with which the pieces go on; None where one starts afresh.
 
     Args:
         log: checked against the hand.
@@ -102,11 +110,12 @@ class Problem:
         ]  # fmt: skip
         self._rows = [self._rows_of(piece) for piece in self.pieces]
         self.channel = [np.concatenate([rows[1] for rows in every]) for every in self._rows]
+        self.kicks: list[Kick | None] = [None] * len(self.pieces)
         self._threads = max(1, min(threads, len(self.pieces)))
         self._benches: list[_Bench] = [self._bench() for _ in range(self._threads)]
         plant = self._benches[0].plant
         self.n_states, self.remembered = self._benches[0].base.model.n_states, self._benches[0].base.model.remembered
-        self._state_steps = state_entries(plant, slides_of(plant.world), self.remembered, self.period).steps
+        self._state_steps = _CLOSER * state_entries(plant, slides_of(plant.world), self.remembered, self.period).steps
         self.world = plant.world
 
     def values(self, x: Array) -> Array:
@@ -120,6 +129,11 @@ class Problem:
     def runs(self, states: Sequence[State], which: Sequence[int]) -> list[Run]:
         """Some pieces that begin at these states; NaN where one does not come to its end."""
         return self._each(lambda bench, k: bench.run(k, states[k]), which)
+
+    def hand_on(self, runs: Sequence[Run | Linear], which: Sequence[int]) -> None:
+        """Let each piece go on with the kick of the one before."""
+        for one, k in zip(runs[:-1], which[1:], strict=True):
+            self.kicks[k] = one.kick if one.kick.is_finite else None
 
     def go(self, state: State, first: int, count: int) -> State:
         """On from a state at a sample of the log, so many periods."""
@@ -253,9 +267,20 @@ class _Bench:
         return {name: p.log.measured[name][piece.first : piece.first + piece.size] for name in p.names}
 
     def run(self, k: int, state: State) -> Run:
-        seen = self.base.samples(state, self._torques(k), np.array([-1]), np.zeros(1))[0]
+        seen = self._samples(self.base, k, state)[0]
         r = self._off(k, self._measured(k), self._seen(self._true(seen), self._instruments))
-        return Run(r, self._end(k, seen))
+        return Run(r, *self._end(k, seen))
+
+    def _samples(
+        self, replay: Replay, k: int, state: State, entries: NDArray[np.int64] = _UNMOVED, amounts: Array = _NOT
+    ) -> Array:
+        p = self.problem
+        return replay.samples(state, self._torques(k), entries, amounts, p.kicks[k], p.pieces[k].size - p._late)
+
+    def hand_on(self, runs: Sequence[Run | Linear], which: Sequence[int]) -> None:
+        """Let each piece go on with the kick of the one before."""
+        for one, k in zip(runs[:-1], which[1:], strict=True):
+            self.kicks[k] = one.kick if one.kick.is_finite else None
 
     def go(self, state: State, first: int, count: int) -> State:
         log = self.problem.log
@@ -263,10 +288,11 @@ class _Bench:
         seen = self.base.samples(state, torques, np.array([-1]), np.zeros(1))[0]
         return self.base.state(seen[count], float(log.time[0] + (first + count) * log.period))
 
-    def _end(self, k: int, seen: Array) -> State:
+    def _end(self, k: int, seen: Array) -> tuple[State, Kick]:
         p = self.problem
         count = p.pieces[k].size - p._late
-        return self.base.state(seen[count], float(p.log.time[0] + (p.pieces[k].first + count) * p.period))
+        end = self.base.state(seen[count], float(p.log.time[0] + (p.pieces[k].first + count) * p.period))
+        return end, self.base.left(end)
 
     def _ends(self, k: int, seen: Array) -> Array:
         """q, v, z where the next piece begins, of many starts of this one."""
@@ -276,10 +302,9 @@ class _Bench:
         return np.hstack([rows[:, :size], rows[:, rows.shape[1] - nz :]])
 
     def linear(self, k: int, state: State) -> Linear:
-        p, torques = self.problem, self._torques(k)
-        steps = p._state_steps
-        samples = self.base.samples(state, torques, np.arange(-1, p.n_states), np.concatenate([[0.0], steps]))
-        end, ends = self._end(k, samples[0]), self._ends(k, samples)
+        p, steps = self.problem, self.problem._state_steps
+        samples = self._samples(self.base, k, state, np.arange(-1, p.n_states), np.concatenate([[0.0], steps]))
+        (end, kick), ends = self._end(k, samples[0]), self._ends(k, samples)
         every = self._true(samples)
         true = {name: values[0].copy() for name, values in every.items()}
         seen = self._seen(every, self._instruments)
@@ -292,7 +317,7 @@ class _Bench:
         for j, one in enumerate(p.parameters):
             if one.kind == PLANT:
                 replay, step = self._moved(j)
-                beside.append(replay.samples(state, torques, np.array([-1]), np.zeros(1))[0].copy())
+                beside.append(self._samples(replay, k, state)[0].copy())
                 steps_of.append(step)
                 moved.append(j)
             elif one.kind == BIAS:
@@ -305,7 +330,7 @@ class _Bench:
             samples, by = np.stack(beside), np.array(steps_of)[:, None]
             by_parameters[:, moved] = (self._off(k, self._seen(self._true(samples), self._instruments), here) / by).T
             end_by[:, moved] = (beyond(self.plant, self._ends(k, samples), ends[0]) / by).T
-        return Linear(r, by_start, by_parameters, end, end_by_start, end_by)
+        return Linear(r, by_start, by_parameters, end, kick, end_by_start, end_by)
 
     def _moved(self, j: int) -> tuple[Replay, float]:
         """The plant with a parameter moved, and by how much: back where it cannot go on."""

@@ -269,6 +269,8 @@ def solve(
     x, states, damping = x.copy(), list(states), 1e-2
     tight = slack_of(problem)
     problem.at(x)
+    problem.kicks = [None] * len(states)
+    problem.hand_on(problem.runs(states, which), which)
     linear = problem.linear(states, which)
     loose = _looseness(problem, linear, which, states, tight)
     is_done, count, weighings = False, 0, 0
@@ -301,6 +303,7 @@ def solve(
         is_small = share == 1.0 and float(np.sum((found.R @ dx) ** 2)) < _STILL * max(len(x), 1) and (
             cost - now < 1e-4 * cost)  # fmt: skip
         x, states, damping = trial, after, max(0.1 * damping, 1e-12) if share == 1.0 else damping
+        problem.hand_on(problem.runs(states, which), which)
         linear = problem.linear(states, which)
         if loose > 1.0:
             loose = max(min(_TIGHTER * loose, _looseness(problem, linear, which, states, tight)), 1.0)
