@@ -51,6 +51,7 @@ class Linear(NamedTuple):
         by_parameters: by x, shape (m, p).
         end: the state where the next piece begins.
         kick: that it begins with.
+        slips: whether a contact slips in the piece.
         end_by_start: derivative of its tangent coordinates by s, shape (states, states).
         end_by_parameters: by x, shape (states, p).
     """
@@ -60,6 +61,7 @@ class Linear(NamedTuple):
     by_parameters: Array
     end: State
     kick: Kick
+    slips: bool
     end_by_start: Array
     end_by_parameters: Array
 
@@ -70,6 +72,7 @@ class Run(NamedTuple):
     r: Array
     end: State
     kick: Kick
+    slips: bool
 
 
 class Problem:
@@ -116,7 +119,7 @@ class Problem:
         plant = self._benches[0].plant
         self.n_states, self.remembered = self._benches[0].base.model.n_states, self._benches[0].base.model.remembered
         self._state_steps = _CLOSER * state_entries(plant, slides_of(plant.world), self.remembered, self.period).steps
-        self.world = plant.world
+        self.world, self.can_slip = plant.world, plant.can_slip
 
     def values(self, x: Array) -> Array:
         """Values of the parameters at some x."""
@@ -132,8 +135,9 @@ class Problem:
 
     def hand_on(self, runs: Sequence[Run | Linear], which: Sequence[int]) -> None:
         """Let each piece go on with the kick of the one before."""
-        for one, k in zip(runs[:-1], which[1:], strict=True):
-            self.kicks[k] = one.kick if one.kick.is_finite else None
+        for one, k, after in zip(runs[:-1], which[:-1], which[1:], strict=True):
+            if after == k + 1:
+                self.kicks[after] = one.kick if one.kick.is_finite else None
 
     def go(self, state: State, first: int, count: int) -> State:
         """On from a state at a sample of the log, so many periods."""
@@ -279,8 +283,9 @@ class _Bench:
 
     def hand_on(self, runs: Sequence[Run | Linear], which: Sequence[int]) -> None:
         """Let each piece go on with the kick of the one before."""
-        for one, k in zip(runs[:-1], which[1:], strict=True):
-            self.kicks[k] = one.kick if one.kick.is_finite else None
+        for one, k, after in zip(runs[:-1], which[:-1], which[1:], strict=True):
+            if after == k + 1:
+                self.kicks[after] = one.kick if one.kick.is_finite else None
 
     def go(self, state: State, first: int, count: int) -> State:
         log = self.problem.log
@@ -288,11 +293,12 @@ class _Bench:
         seen = self.base.samples(state, torques, np.array([-1]), np.zeros(1))[0]
         return self.base.state(seen[count], float(log.time[0] + (first + count) * log.period))
 
-    def _end(self, k: int, seen: Array) -> tuple[State, Kick]:
+    def _end(self, k: int, seen: Array) -> tuple[State, Kick, bool]:
         p = self.problem
         count = p.pieces[k].size - p._late
         end = self.base.state(seen[count], float(p.log.time[0] + (p.pieces[k].first + count) * p.period))
-        return end, self.base.left(end)
+        slips = self.base.slips
+        return end, self.base.left(end), slips
 
     def _ends(self, k: int, seen: Array) -> Array:
         """q, v, z where the next piece begins, of many starts of this one."""
@@ -304,7 +310,7 @@ class _Bench:
     def linear(self, k: int, state: State) -> Linear:
         p, steps = self.problem, self.problem._state_steps
         samples = self._samples(self.base, k, state, np.arange(-1, p.n_states), np.concatenate([[0.0], steps]))
-        (end, kick), ends = self._end(k, samples[0]), self._ends(k, samples)
+        (end, kick, slips), ends = self._end(k, samples[0]), self._ends(k, samples)
         every = self._true(samples)
         true = {name: values[0].copy() for name, values in every.items()}
         seen = self._seen(every, self._instruments)
@@ -330,7 +336,7 @@ class _Bench:
             samples, by = np.stack(beside), np.array(steps_of)[:, None]
             by_parameters[:, moved] = (self._off(k, self._seen(self._true(samples), self._instruments), here) / by).T
             end_by[:, moved] = (beyond(self.plant, self._ends(k, samples), ends[0]) / by).T
-        return Linear(r, by_start, by_parameters, end, kick, end_by_start, end_by)
+        return Linear(r, by_start, by_parameters, end, kick, slips, end_by_start, end_by)
 
     def _moved(self, j: int) -> tuple[Replay, float]:
         """The plant with a parameter moved, and by how much: back where it cannot go on."""

@@ -43,6 +43,8 @@ class Piece(NamedTuple):
     """It goes on with."""
     left: Kick
     """Left by the first of the moves where the next piece begins."""
+    slips: NDArray[np.int64]
+    """1 if a contact slips in the first of the moves, shape (1,)."""
 
 
 @compiled
@@ -56,6 +58,7 @@ def run_pieces(mechanics, moves, piece, count):
         count: shape (1,).
     """
     m = mechanics
+    piece.slips[0] = 0
     for i in range(count[0]):
         begin(m, moves, moves.entry[i], moves.amount[i])
         start(m, moves)
@@ -74,8 +77,12 @@ def run_pieces(mechanics, moves, piece, count):
                     add_pushes(moves.pushes, time, m.terms.poses, m.terms.J, m.external)
                 advance(MIDPOINT, m, moves.step)
             look(m, moves, piece.tips, piece.seen[i, k + 1])
-            if i == 0 and k + 1 == piece.periods[1]:
-                leave(m, piece.left)
+            if i == 0:
+                if k + 1 == piece.periods[1]:
+                    leave(m, piece.left)
+                for contact in range(m.touch.contacts.shape[0]):
+                    if m.touch.contacts[contact].is_slipping > 0:
+                        piece.slips[0] = 1
 
 
 @compiled
@@ -126,7 +133,7 @@ class Replay:
         kick, left = (room_for_kick(world.nv, *neutral.z.shape) for _ in range(2))
         self._piece = Piece(
             np.zeros((periods, world.n_joints)), np.zeros(3, np.int64), bool(pushes), tips,
-            np.zeros((most, 1 + periods, width)), kick, left,
+            np.zeros((most, 1 + periods, width)), kick, left, np.zeros(1, np.int64),
         )  # fmt: skip
         self._compare = addressed(compare, model.mechanics, model.moves, left, layouts=model.layouts)
         self._run = addressed(run_pieces, model.mechanics, model.moves, self._piece, model.count, layouts=model.layouts)
@@ -164,6 +171,11 @@ class Replay:
         model.moves.entry[:count], model.moves.amount[:count], model.count[0] = entries, amounts, count
         self._run()
         return piece.seen[:count, : 1 + len(torques)]
+
+    @property
+    def slips(self) -> bool:
+        """Whether a contact slipped in the first move of the last call."""
+        return bool(self._piece.slips[0])
 
     def left(self, state: State) -> Kick:
         """The kick that the first move of the last call has left, for a piece that begins beside its end.
