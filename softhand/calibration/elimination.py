@@ -63,7 +63,7 @@ def eliminate(
             continue
         stacked = np.zeros((len(rows) + s, 2 * s + p + 1))  # s_i, s_(i+1), x, 1
         stacked[: len(rows), :s], stacked[: len(rows), 2 * s :] = rows[:, :s], rows[:, s:]
-        w = 1.0 / weights.slack
+        w = 1.0 / weights.slack[i]
         # d' = d + ds_(i+1) - E ds_i - G dx
         stacked[len(rows) :, :s] = one.end_by_start * w[:, None]
         stacked[len(rows) :, s : 2 * s] = -np.diag(w)
@@ -104,9 +104,7 @@ def _solved(R: Array, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(R / scale, right, rcond=1e-13)[0] / scale[:, None])
 
 
-def step_of(
-    found: Eliminated, damping: float, x: Array, lower: Array, upper: Array, free: NDArray[np.bool_]
-) -> Array:
+def step_of(found: Eliminated, damping: float, x: Array, lower: Array, upper: Array, free: NDArray[np.bool_]) -> Array:
     """A damped step of those parameters that are free, within their bounds."""
     R, r = found.R, found.r
     d = np.maximum(np.linalg.norm(R, axis=0), 1e-300)

@@ -52,7 +52,7 @@ def sensitivity(log: Log, setup: Setup, parameters: Sequence[Parameter], length:
     x = begin_of(parameters)
     problem.at(x)
     states = first_states(problem, setup.grasp.state, x)
-    solution = Solution(x, states, [None] * len(states), noise_of(problem), 1.0, 0.0, 0, False)
+    solution = Solution(x, states, [None] * len(states), noise_of(problem), np.ones(len(states) - 1), 0.0, 0, False)
     return information(problem, solution, range(len(problem.pieces)))[0].R
 
 

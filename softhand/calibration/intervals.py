@@ -9,7 +9,8 @@ import numpy as np
 
 from softhand.calibration.elimination import Eliminated, eliminate
 from softhand.calibration.problem import Linear, Problem
-from softhand.calibration.solving import Solution, defects_of
+from softhand.calibration.search import defects_of
+from softhand.calibration.solving import Solution
 from softhand.calibration.weights import Weights, slack_of
 from softhand.numerics.arrays import Array
 
@@ -39,7 +40,7 @@ def information(problem: Problem, solution: Solution, which: Sequence[int]) -> t
     problem.kicks = list(solution.kicks)
     linear = problem.linear(solution.states, which)
     defects = defects_of(problem, linear, which, solution.states)
-    weights = Weights(solution.sigma, solution.loose * slack_of(problem))
+    weights = Weights(solution.sigma, np.outer(solution.loose, slack_of(problem)))
     return eliminate(problem, linear, which, defects, weights), linear
 
 

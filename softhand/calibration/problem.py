@@ -31,7 +31,8 @@ from softhand.steppers.midpoint import Midpoint
 
 T = TypeVar("T")
 
-_CLOSER = 0.01
+_CLOSER = 0.01  # times the steps of `state_entries`: their ends are compared with the slack, a hundredth of these
+_STICKS = 1e3  # friction with which no tip slips
 _UNMOVED, _NOT = np.array([-1]), np.zeros(1)
 
 
@@ -51,7 +52,7 @@ class Linear(NamedTuple):
         by_parameters: by x, shape (m, p).
         end: the state where the next piece begins.
         kick: that it begins with.
-        slips: whether a contact slips in the piece.
+        use: coefficient of friction that its tips need.
         end_by_start: derivative of its tangent coordinates by s, shape (states, states).
         end_by_parameters: by x, shape (states, p).
     """
@@ -61,7 +62,7 @@ class Linear(NamedTuple):
     by_parameters: Array
     end: State
     kick: Kick
-    slips: bool
+    use: float
     end_by_start: Array
     end_by_parameters: Array
 
@@ -72,7 +73,7 @@ class Run(NamedTuple):
     r: Array
     end: State
     kick: Kick
-    slips: bool
+    use: float
 
 
 class Problem:
@@ -86,6 +87,7 @@ class Problem:
             each piece.
         channels: of each channel its quantity and component.
         period: of the log [s].
+        sticks: whether no tip slips, whatever its friction; seen by `at`.
         kicks: with which the pieces go on; None where one starts afresh.
 
     Args:
@@ -113,6 +115,7 @@ class Problem:
         ]  # fmt: skip
         self._rows = [self._rows_of(piece) for piece in self.pieces]
         self.channel = [np.concatenate([rows[1] for rows in every]) for every in self._rows]
+        self.sticks = False
         self.kicks: list[Kick | None] = [None] * len(self.pieces)
         self._threads = max(1, min(threads, len(self.pieces)))
         self._benches: list[_Bench] = [self._bench() for _ in range(self._threads)]
@@ -120,6 +123,11 @@ class Problem:
         self.n_states, self.remembered = self._benches[0].base.model.n_states, self._benches[0].base.model.remembered
         self._state_steps = _CLOSER * state_entries(plant, slides_of(plant.world), self.remembered, self.period).steps
         self.world, self.can_slip = plant.world, plant.can_slip
+
+    @property
+    def friction(self) -> float:
+        """The largest of the tips."""
+        return self._benches[0].friction
 
     def values(self, x: Array) -> Array:
         """Values of the parameters at some x."""
@@ -235,7 +243,12 @@ class _Bench:
         scenario = p.setup.scenario.with_values(values) if values else p.setup.scenario
         world = read_world(scenario)
         fingertips = read_fingertips(scenario, world, p.setup.law)
-        return Plant(world, fingertips, read_supports(scenario, world, fingertips), "compiled")
+        plant = Plant(world, fingertips, read_supports(scenario, world, fingertips), "compiled")
+        self.friction = float(plant.pads["friction"][: world.n_tips].max())
+        if p.sticks:
+            plant.pads["friction"] = plant.pads["static_friction"] = _STICKS
+            plant.pads["face_friction"] = 0.0
+        return plant
 
     def _replay(self, plant: Plant) -> Replay:
         p = self.problem
@@ -293,12 +306,12 @@ class _Bench:
         seen = self.base.samples(state, torques, np.array([-1]), np.zeros(1))[0]
         return self.base.state(seen[count], float(log.time[0] + (first + count) * log.period))
 
-    def _end(self, k: int, seen: Array) -> tuple[State, Kick, bool]:
+    def _end(self, k: int, seen: Array) -> tuple[State, Kick, float]:
         p = self.problem
         count = p.pieces[k].size - p._late
         end = self.base.state(seen[count], float(p.log.time[0] + (p.pieces[k].first + count) * p.period))
-        slips = self.base.slips
-        return end, self.base.left(end), slips
+        use = self.base.use
+        return end, self.base.left(end), use
 
     def _ends(self, k: int, seen: Array) -> Array:
         """q, v, z where the next piece begins, of many starts of this one."""
@@ -310,7 +323,7 @@ class _Bench:
     def linear(self, k: int, state: State) -> Linear:
         p, steps = self.problem, self.problem._state_steps
         samples = self._samples(self.base, k, state, np.arange(-1, p.n_states), np.concatenate([[0.0], steps]))
-        (end, kick, slips), ends = self._end(k, samples[0]), self._ends(k, samples)
+        (end, kick, use), ends = self._end(k, samples[0]), self._ends(k, samples)
         every = self._true(samples)
         true = {name: values[0].copy() for name, values in every.items()}
         seen = self._seen(every, self._instruments)
@@ -336,7 +349,7 @@ class _Bench:
             samples, by = np.stack(beside), np.array(steps_of)[:, None]
             by_parameters[:, moved] = (self._off(k, self._seen(self._true(samples), self._instruments), here) / by).T
             end_by[:, moved] = (beyond(self.plant, self._ends(k, samples), ends[0]) / by).T
-        return Linear(r, by_start, by_parameters, end, kick, slips, end_by_start, end_by)
+        return Linear(r, by_start, by_parameters, end, kick, use, end_by_start, end_by)
 
     def _moved(self, j: int) -> tuple[Replay, float]:
         """The plant with a parameter moved, and by how much: back where it cannot go on."""

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand.calibration.handing_on import Kick, compare, go_on, leave, room_for_kick
+from softhand.contact.answer import normal_force
+from softhand.contact.limit import limit_use
+from softhand.contact.scaled import material_force
 from softhand.derivatives.model import PeriodModel
 from softhand.derivatives.period import begin, start
 from softhand.model.rigid import rigid_poses
@@ -43,8 +46,8 @@ class Piece(NamedTuple):
     """It goes on with."""
     left: Kick
     """Left by the first of the moves where the next piece begins."""
-    slips: NDArray[np.int64]
-    """1 if a contact slips in the first of the moves, shape (1,)."""
+    use: Array
+    """Coefficient of friction that the tips which may slip have needed most in the first of the moves, shape (1,)."""
 
 
 @compiled
@@ -58,7 +61,7 @@ def run_pieces(mechanics, moves, piece, count):
         count: shape (1,).
     """
     m = mechanics
-    piece.slips[0] = 0
+    piece.use[0] = 0.0
     for i in range(count[0]):
         begin(m, moves, moves.entry[i], moves.amount[i])
         start(m, moves)
@@ -80,9 +83,11 @@ def run_pieces(mechanics, moves, piece, count):
             if i == 0:
                 if k + 1 == piece.periods[1]:
                     leave(m, piece.left)
-                for contact in range(m.touch.contacts.shape[0]):
-                    if m.touch.contacts[contact].is_slipping > 0:
-                        piece.slips[0] = 1
+                for tip in range(piece.tips):
+                    contact = m.touch.contacts[tip]
+                    if m.touch.pads[tip].can_slip and contact.force[2] > 0.0:
+                        needed = limit_use(contact, material_force(contact), normal_force(contact))
+                        piece.use[0] = max(piece.use[0], needed)
 
 
 @compiled
@@ -133,7 +138,7 @@ class Replay:
         kick, left = (room_for_kick(world.nv, *neutral.z.shape) for _ in range(2))
         self._piece = Piece(
             np.zeros((periods, world.n_joints)), np.zeros(3, np.int64), bool(pushes), tips,
-            np.zeros((most, 1 + periods, width)), kick, left, np.zeros(1, np.int64),
+            np.zeros((most, 1 + periods, width)), kick, left, np.zeros(1),
         )  # fmt: skip
         self._compare = addressed(compare, model.mechanics, model.moves, left, layouts=model.layouts)
         self._run = addressed(run_pieces, model.mechanics, model.moves, self._piece, model.count, layouts=model.layouts)
@@ -173,9 +178,9 @@ class Replay:
         return piece.seen[:count, : 1 + len(torques)]
 
     @property
-    def slips(self) -> bool:
-        """Whether a contact slipped in the first move of the last call."""
-        return bool(self._piece.slips[0])
+    def use(self) -> float:
+        """Coefficient of friction that was needed in the first move of the last call."""
+        return float(self._piece.use[0])
 
     def left(self, state: State) -> Kick:
         """The kick that the first move of the last call has left, for a piece that begins beside its end.

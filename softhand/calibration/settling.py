@@ -31,8 +31,9 @@ def settled(problem: Problem, states: Sequence[State], sigma: Array, which: Sequ
     """
     after, apart = list(states), _APART * slack_of(problem)
     problem.kicks = [None] * len(after)
-    end: State | None = None
+    end, last = None, -2
     for k in which:
+        end, last = end if k == last + 1 else None, k
         around = after[k]
         if end is not None:
             if _is_nearer(problem, k, end, around, sigma):

@@ -25,7 +25,7 @@ class Weights(NamedTuple):
 
     Attributes:
         sigma: standard deviation of the noise of each channel.
-        slack: of each state.
+        slack: of each state at the begin of each piece but the first, shape (pieces - 1, states).
     """
 
     sigma: Array
