@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.calibration.problem import Linear, Problem
+from softhand.calibration.bench import Linear
+from softhand.calibration.problem import Problem
 from softhand.calibration.triangle import triangle
 from softhand.calibration.weights import Weights
 from softhand.numerics.arrays import Array

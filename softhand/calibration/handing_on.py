@@ -1,8 +1,8 @@
-"""What a step hands on beside q, v and z, taken from the end of one piece to the begin of the next, which may be moved.
+"""What a step hands on beside q, v and z, from the end of a piece to the begin of the next, which may be moved.
 
-A run of `midpoint` goes on with the kick of the step before. A start afresh from q, v and z is off by a little of second
-order in the step, which a grasp that a push jolts or a tip that slips makes large. So a piece begins with what it lacks:
-how far w, the acceleration and the velocity of the drift of the run lie beyond those of a start afresh at the same place.
+A run of `midpoint` goes on with the kick of the step before. A start afresh from q, v and z is off by a little of
+second order in the step, which a push that jolts the object or a tip that slips makes large. So a piece begins with what
+it lacks: how far w, the acceleration and the velocity of the drift of the run lie beyond those of a start afresh there.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ def go_on(m, kick):
         kicks.middle[k] = state.v[k] + kick.middle[k]
     _copy(kick.matrix, kicks.matrix)
     kicks.flags[STARTED], kicks.flags[FIRST], kicks.flags[HELD] = 1, 0, 1
-    evaluate_contacts(touch.pads, touch.columns, m.terms.poses, m.terms.J, kicks.middle, state.z, 0.0, touch.depths, True,
-                      touch.contacts, touch.jacobian)  # fmt: skip
+    evaluate_contacts(touch.pads, touch.columns, m.terms.poses, m.terms.J, kicks.middle, state.z, 0.0, touch.depths,
+                      True, touch.contacts, touch.jacobian)  # fmt: skip
     note_slip(touch.pads, touch.contacts, state.z, 0.0)
     evaluate_resistance(touch.resistance, state.q, kicks.middle)
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softhand.calibration.bench import Linear
 from softhand.calibration.elimination import Eliminated, eliminate
-from softhand.calibration.problem import Linear, Problem
+from softhand.calibration.problem import Problem
 from softhand.calibration.search import defects_of
 from softhand.calibration.solving import Solution
 from softhand.calibration.weights import Weights, slack_of

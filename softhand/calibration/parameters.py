@@ -211,6 +211,11 @@ def _bounded(one: Parameter, bounds: tuple[float, float] | None) -> Parameter:
     return one._replace(lower=float(lower), upper=float(upper))
 
 
+def values_of(parameters: Sequence[Parameter], x: Array) -> Array:
+    """Values of parameters at some x."""
+    return np.array([one.to_value(value) for one, value in zip(parameters, x, strict=True)])
+
+
 def keyed(parameters: Sequence[Parameter], values: Sequence[float] | Array) -> dict[str, Any]:
     """Values by key, those of a list put together, for `Scenario.with_values`."""
     table: dict[str, Any] = {}

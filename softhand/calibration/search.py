@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from softhand.calibration.bench import Linear, Run
 from softhand.calibration.elimination import Eliminated, eliminate, step_of
-from softhand.calibration.problem import Linear, Problem, Run
+from softhand.calibration.problem import Problem
 from softhand.calibration.settling import settled
 from softhand.calibration.weights import Weights, noise_left, slack_of
 from softhand.errors import MeasurementError, SofthandError
@@ -46,6 +47,7 @@ class Search:
 
     @property
     def weights(self) -> Weights:
+        """Of the sum of squares, now."""
         return Weights(self.sigma, np.outer(self.loose, self.tight))
 
     def settle(self, states: Sequence[State]) -> None:
@@ -153,9 +155,9 @@ class Search:
             parts = (one.r, one.by_start, one.by_parameters, one.end_by_start, one.end_by_parameters)
             if not all(bool(np.all(np.isfinite(part))) for part in parts):
                 raise MeasurementError(
-                    f"{problem.log.source}: the run computed anew breaks down behind t = {problem.time(k):.4g} s: a tip "
-                    "leaves the range of its law, or the grasp is lost. Begin from values nearer to the truth, take "
-                    "shorter pieces (--piece), or cut the log there.", column="", value=problem.time(k),
+                    f"{problem.log.source}: the run computed anew breaks down behind t = {problem.time(k):.4g} s: a "
+                    "tip leaves the range of its law, or the grasp is lost. Begin from values nearer to the truth, "
+                    "take shorter pieces (--piece), or cut the log there.", column="", value=problem.time(k),
                 )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """States of the pieces fitted one after the other, parameters held: where a fit of all of them begins.
 
-Each piece begins where the one before it ends, but for so much as wrong parameters let it drift within one, and is drawn
-from there to what was measured in it. Of a single piece the steps are short where its tips slip, and long elsewhere.
+Each piece begins where the one before it ends, but for so much as wrong parameters let it drift within one, and is
+drawn from there to what was measured in it. Steps of a single piece are short where its tips slip, and long elsewhere.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from softhand.calibration.problem import Linear, Problem
+from softhand.calibration.bench import Linear
+from softhand.calibration.problem import Problem
 from softhand.calibration.weights import slack_of
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State

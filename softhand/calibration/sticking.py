@@ -1,7 +1,8 @@
 """Where a fit begins if tips may slip: by the pieces in which none does, and then by friction alone.
 
-A tip that begins to slip a step sooner or later changes the matrix of that step, and the sum of squares jumps. So the fit of all pieces has to begin near to its end. The pieces in which no tip slips tell all but friction, by a
-model in which none can; and of friction alone the pieces that are left out have one clear minimum.
+A tip that begins to slip a step sooner or later changes the matrix of that step, and the sum of squares jumps. So the
+fit of all pieces has to begin near to its end. The pieces in which no tip slips tell all but friction, by a model in
+which none can; and of friction alone the pieces that are left out have one clear minimum.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from softhand.calibration.problem import Linear, Run
+from softhand.calibration.bench import Linear, Run
 from softhand.calibration.search import Search, defects_of
 from softhand.calibration.settling import settled
 from softhand.plant.state import State

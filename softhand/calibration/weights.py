@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand.calibration.problem import Linear, Problem, Run
+from softhand.calibration.bench import Linear, Run
+from softhand.calibration.problem import Problem
 from softhand.model.world import slides_of
 from softhand.numerics.arrays import Array
 
