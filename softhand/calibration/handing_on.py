@@ -1,8 +1,8 @@
 """What a step hands on beside q, v and z, from the end of a piece to the begin of the next, which may be moved.
 
 A run of `midpoint` goes on with the kick of the step before. A start afresh from q, v and z is off by a little of
-second order in the step, which a push that jolts the object or a tip that slips makes large. So a piece begins with what
-it lacks: how far w, the acceleration and the velocity of the drift of the run lie beyond those of a start afresh there.
+second order in the step, which a push that jolts the object or a tip that slips makes large. So a piece begins with
+what it lacks: how far w, the acceleration and the velocity of the drift lie beyond those of a start afresh there.
 """
 
 from __future__ import annotations

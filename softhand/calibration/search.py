@@ -15,7 +15,7 @@ from softhand.errors import MeasurementError, SofthandError
 from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 
-_MOST_TRIES, _STILL = 150, 1e-3
+_MOST_TRIES, _STILL = 100, 1e-3
 _TIGHTER, _LOOSER = 0.1, 3.0  # of the slack, after a step, and after a search that gets stuck
 _FIRST_DAMPING, _LEAST_DAMPING, _STUCK = 1e-2, 1e-12, 1e4
 _TRUSTED = 0.1  # damping below which a good step tightens the slack

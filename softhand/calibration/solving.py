@@ -64,9 +64,11 @@ def solve(
     """
     problem.sticks = problem.can_slip and not hold
     search = Search(problem, x, states, sigma, which, hold, progress)
-    if problem.sticks:
-        begin_sticking(search)
-    is_done = search.descend(is_last=True)
+    is_done = False
+    for _ in begin_sticking(search) if problem.sticks else (None,):
+        is_done = search.descend(is_last=True)
+        if is_done:
+            break
     return Solution(
         search.x, search.states, list(problem.kicks), search.sigma, search.loose, search.cost(), search.steps, is_done
     )

@@ -7,26 +7,27 @@ which none can; and of friction alone the pieces that are left out have one clea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from softhand.calibration.bench import Linear, Run
 from softhand.calibration.search import Search, defects_of
 from softhand.calibration.settling import settled
+from softhand.numerics.arrays import Array
 from softhand.plant.state import State
 
 _NEAR = 0.9  # share of the friction with which the fit begins, from which a tip may slip
 _MOST_LEFT_OUT = 0.7  # share of the pieces
 _OUTLYING = 3.0, 1.5  # times the usual sum of a piece, one after the other
 _COARSE, _REACH = 0.012, 13  # step of log(friction), and how many to each side
-_FINER = 0.25  # times the step, each time
-_FINEST = 2e-3
+_FINE = 0.004  # step around the best of these
+_MOST = 4  # of them
 _WIDE = 1e3  # times the least slack, of which settled pieces are apart by noise alone
 
 
-def begin_sticking(search: Search) -> None:
-    """Bring a search near to its end.
+def begin_sticking(search: Search) -> Iterator[None]:
+    """Bring a search near to its end: once for each friction that fits well, the best first.
 
     Args:
         search: settled, at a problem in which no tip slips; all its pieces are in it again after that, and tips slip.
@@ -47,11 +48,15 @@ def begin_sticking(search: Search) -> None:
     left_out = [k for k in every if k not in search.which or (k > every[0] and k - 1 not in search.which)]
     states = settled(problem, search.states, search.sigma, every)
     problem.sticks = False
+    begin, likely = search.x.copy(), [search.x.copy()]
     if friction and left_out:
-        _search_friction(search, friction, states, left_out)
-    problem.at(search.x)
-    search.free, search.which = free, every
-    search.settle(states)
+        likely = _likely(search, friction, states, left_out)
+    for x in likely:
+        search.x = np.where(np.isin(np.arange(len(x)), friction), x, begin)
+        problem.at(search.x)
+        search.free, search.which = free, every
+        search.settle(states)
+        yield
 
 
 def _misfits(search: Search, factor: float) -> list[int]:
@@ -68,20 +73,27 @@ def _sums(search: Search, runs: Sequence[Run | Linear], which: Sequence[int]) ->
     return [one if np.isfinite(one) else 1e30 for one in sums]
 
 
-def _search_friction(search: Search, friction: list[int], states: Sequence[State], which: list[int]) -> None:
-    """Set friction to where pieces fit best that are settled with it, by a search on finer and finer steps."""
+def _likely(search: Search, friction: list[int], states: Sequence[State], which: list[int]) -> list[Array]:
+    """x of some frictions at which pieces that are settled there fit best, the best first."""
     lower, upper = search.bounds
-    begin, best, step, steps = search.x.copy(), 0.0, _COARSE, _REACH
-    found: dict[float, float] = {}
-    while step > _FINEST:
-        for off in best + step * np.arange(-steps, steps + 1):
-            off = round(float(off), 6)
-            if off not in found:
-                search.x[friction] = np.clip(begin[friction] + off, lower[friction], upper[friction])
-                found[off] = _misfit(search, states, which)
-        best = min(found, key=lambda one: found[one])
-        step, steps = _FINER * step, 3
-    search.x[friction] = np.clip(begin[friction] + best, lower[friction], upper[friction])
+    begin, found = search.x.copy(), {}
+
+    def misfit(off: float) -> float:
+        if off not in found:
+            search.x = moved(off)
+            found[off] = _misfit(search, states, which)
+        return found[off]
+
+    def moved(off: float) -> Array:
+        x = begin.copy()
+        x[friction] = np.clip(begin[friction] + off, lower[friction], upper[friction])
+        return x
+
+    offs = [round(_COARSE * k, 6) for k in range(-_REACH, _REACH + 1)]
+    best = sorted(offs, key=misfit)[:_MOST]
+    for k in (-2, -1, 1, 2):
+        misfit(round(best[0] + _FINE * k, 6))
+    return [moved(off) for off in sorted(found, key=lambda off: found[off])[:_MOST]]
 
 
 def _misfit(search: Search, states: Sequence[State], which: list[int]) -> float:
