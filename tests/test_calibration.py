@@ -203,6 +203,8 @@ def test_the_command(tmp_path: Path, recording):
     softhand.load_scenario(tmp_path / "found" / "fitted.toml")
     wrong = run_command("calibrate", "run.nc", "--fit", "mass=0.1", folder=tmp_path)
     assert wrong.returncode == 1 and "LOW..HIGH" in wrong.stderr and "Traceback" not in wrong.stderr
+    missing = run_command("calibrate", "rum.nc", "--fit", "mass", folder=tmp_path)
+    assert missing.returncode == 1 and "rum.nc: no such file" in missing.stderr
     none = run_command("calibrate", "run.nc", folder=tmp_path)
     assert none.returncode == 1 and "nothing is to be fitted" in none.stderr
 

@@ -12,9 +12,10 @@ from softhand.calibration.intervals import Spread, information, spread_of
 from softhand.calibration.log import Log
 from softhand.calibration.parameters import Parameter
 from softhand.calibration.problem import Problem
-from softhand.calibration.solving import Solution, noise_of, solve
+from softhand.calibration.solving import Solution, solve
 from softhand.calibration.starting import first_states
 from softhand.calibration.told import Direction, untold
+from softhand.calibration.weights import noise_of
 from softhand.errors import MeasurementError, SofthandError
 from softhand.numerics.arrays import Array
 
@@ -51,7 +52,7 @@ def sensitivity(log: Log, setup: Setup, parameters: Sequence[Parameter], length:
     x = begin_of(parameters)
     problem.at(x)
     states = first_states(problem, setup.grasp.state, x)
-    solution = Solution(x, states, noise_of(problem), 0.0, 0, False)
+    solution = Solution(x, states, [None] * len(states), noise_of(problem), np.ones(len(states) - 1), 0.0, 0, False)
     return information(problem, solution, range(len(problem.pieces)))[0].R
 
 

@@ -7,8 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand.calibration.problem import Linear, Problem
-from softhand.calibration.solving import Eliminated, Solution, defects_of, eliminate, slack_of
+from softhand.calibration.bench import Linear
+from softhand.calibration.elimination import Eliminated, eliminate
+from softhand.calibration.problem import Problem
+from softhand.calibration.search import defects_of
+from softhand.calibration.solving import Solution
+from softhand.calibration.weights import Weights, slack_of
 from softhand.numerics.arrays import Array
 
 _CLUSTER = 0.25  # [s] of residuals that may belong together
@@ -34,9 +38,11 @@ class Spread(NamedTuple):
 def information(problem: Problem, solution: Solution, which: Sequence[int]) -> tuple[Eliminated, list[Linear]]:
     """The pieces at a solution, with their states eliminated."""
     problem.at(solution.x)
+    problem.kicks = list(solution.kicks)
     linear = problem.linear(solution.states, which)
     defects = defects_of(problem, linear, which, solution.states)
-    return eliminate(problem, linear, which, defects, solution.sigma, slack_of(problem)), linear
+    weights = Weights(solution.sigma, np.outer(solution.loose, slack_of(problem)))
+    return eliminate(problem, linear, which, defects, weights), linear
 
 
 def spread_of(problem: Problem, solution: Solution, which: Sequence[int]) -> Spread:

@@ -27,7 +27,7 @@ _LENGTH = 3e-3  # [m], by which a place is worth to be known
 _ENDLESS = -math.inf, math.inf
 _TURN = 0.03  # [rad], likewise an orientation
 _LATEST, _DELAY_WORTH = 0.01, 5e-3  # [s]
-_STEP = 1e-4  # of the worth, for differences
+_STEP = 1e-6  # of the worth, for differences
 
 
 class Parameter(NamedTuple):
@@ -209,6 +209,11 @@ def _bounded(one: Parameter, bounds: tuple[float, float] | None) -> Parameter:
             key="bounds", value=bounds,
         )  # fmt: skip
     return one._replace(lower=float(lower), upper=float(upper))
+
+
+def values_of(parameters: Sequence[Parameter], x: Array) -> Array:
+    """Values of parameters at some x."""
+    return np.array([one.to_value(value) for one, value in zip(parameters, x, strict=True)])
 
 
 def keyed(parameters: Sequence[Parameter], values: Sequence[float] | Array) -> dict[str, Any]:

@@ -41,7 +41,16 @@ def read_log(source: Recording | str | Path, scenario: Scenario) -> Log:
 
 
 def recording_of(path: Path) -> Recording | None:
-    """The recording in a file or a folder; None if it ends otherwise."""
+    """The recording in a file or a folder; None if it ends otherwise.
+
+    Raises:
+        MeasurementError: there is nothing of that name.
+    """
+    if not path.exists():
+        raise MeasurementError(
+            f"{path}: no such file or folder; a log is run.nc, the folder of a run, an MCAP log of one, or CSV.",
+            column="", value=str(path),
+        )  # fmt: skip
     if path.suffix.lower() == ".mcap":
         found: Recording = import_module(_EXPORT).read_mcap(path)
         return found

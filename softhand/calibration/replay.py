@@ -8,6 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand.calibration.handing_on import Kick, compare, go_on, leave, room_for_kick
+from softhand.contact.answer import normal_force
+from softhand.contact.limit import limit_use
+from softhand.contact.scaled import material_force
 from softhand.derivatives.model import PeriodModel
 from softhand.derivatives.period import begin, start
 from softhand.model.rigid import rigid_poses
@@ -30,7 +34,7 @@ class Piece(NamedTuple):
     torques: Array
     """Held in each control period [N m, N], shape (most periods, n)."""
     periods: NDArray[np.int64]
-    """How many there are, shape (1,)."""
+    """How many there are, after how many the kick is left, and whether it goes on with one, shape (3,)."""
     has_pushes: bool
     """Whether something pushes from outside."""
     tips: int
@@ -38,11 +42,17 @@ class Piece(NamedTuple):
     seen: Array
     """q, v, `TIP` numbers of each tip, and the numbers of z that belong to x, at the begin and after each period, shape
     (moves, 1 + most periods, numbers)."""
+    kick: Kick
+    """It goes on with."""
+    left: Kick
+    """Left by the first of the moves where the next piece begins."""
+    use: Array
+    """Coefficient of friction that the tips which may slip have needed most in the first of the moves, shape (1,)."""
 
 
 @compiled
 def run_pieces(mechanics, moves, piece, count):
-    """The piece from the first `count` of the moved starts, each afresh from its q, v and z.
+    """The piece from the first `count` of the moved starts, with the kick of the piece before or afresh.
 
     Args:
         mechanics: `kernels.Mechanics`.
@@ -51,9 +61,12 @@ def run_pieces(mechanics, moves, piece, count):
         count: shape (1,).
     """
     m = mechanics
+    piece.use[0] = 0.0
     for i in range(count[0]):
         begin(m, moves, moves.entry[i], moves.amount[i])
         start(m, moves)
+        if piece.periods[2]:
+            go_on(m, piece.kick)
         look(m, moves, piece.tips, piece.seen[i, 0])
         for k in range(piece.periods[0]):
             for j in range(m.torque.shape[0]):
@@ -67,6 +80,14 @@ def run_pieces(mechanics, moves, piece, count):
                     add_pushes(moves.pushes, time, m.terms.poses, m.terms.J, m.external)
                 advance(MIDPOINT, m, moves.step)
             look(m, moves, piece.tips, piece.seen[i, k + 1])
+            if i == 0:
+                if k + 1 == piece.periods[1]:
+                    leave(m, piece.left)
+                for tip in range(piece.tips):
+                    contact = m.touch.contacts[tip]
+                    if m.touch.pads[tip].can_slip and contact.force[2] > 0.0:
+                        needed = limit_use(contact, material_force(contact), normal_force(contact))
+                        piece.use[0] = max(piece.use[0], needed)
 
 
 @compiled
@@ -112,15 +133,25 @@ class Replay:
         world, tips = plant.world, plant.world.n_tips
         neutral = State(np.zeros(world.nq), np.zeros(world.nv), np.zeros((len(plant.contacts), plant.n_memory)))
         self.model = PeriodModel(plant, (stepper, MIDPOINT), steps, neutral, np.zeros(world.n_joints), pushes, True)
-        most = self.model.n_states + 1
-        self._piece = Piece(
-            np.zeros((periods, world.n_joints)), np.zeros(1, np.int64), bool(pushes), tips,
-            np.zeros((most, 1 + periods, world.nq + world.nv + TIP * tips + len(self.model.remembered))),
-        )  # fmt: skip
         model = self.model
+        most, width = model.n_states + 1, world.nq + world.nv + TIP * tips + len(model.remembered)
+        kick, left = (room_for_kick(world.nv, *neutral.z.shape) for _ in range(2))
+        self._piece = Piece(
+            np.zeros((periods, world.n_joints)), np.zeros(3, np.int64), bool(pushes), tips,
+            np.zeros((most, 1 + periods, width)), kick, left, np.zeros(1),
+        )  # fmt: skip
+        self._compare = addressed(compare, model.mechanics, model.moves, left, layouts=model.layouts)
         self._run = addressed(run_pieces, model.mechanics, model.moves, self._piece, model.count, layouts=model.layouts)
 
-    def samples(self, state: State, torques: Array, entries: NDArray[np.int64], amounts: Array) -> Array:
+    def samples(
+        self,
+        state: State,
+        torques: Array,
+        entries: NDArray[np.int64],
+        amounts: Array,
+        kick: Kick | None = None,
+        leave_after: int = 0,
+    ) -> Array:
         """What is seen of a piece from some starts.
 
         Args:
@@ -128,16 +159,40 @@ class Replay:
             torques: held [N m, N], shape (periods, n).
             entries: of (q, v, z) that are moved, a start each, -1 for none, shape (k,).
             amounts: by how much, shape (k,).
+            kick: that it goes on with; afresh if not given.
+            leave_after: how many periods the kick is left for `left`; never if 0.
 
         Returns:
             q, v and numbers of the tips, live until the next call, shape (k, 1 + periods, numbers).
         """
         piece, model, count = self._piece, self.model, len(entries)
         model.put(state, torques[0])
-        piece.torques[: len(torques)], piece.periods[0] = torques, len(torques)
+        piece.torques[: len(torques)], piece.periods[:] = torques, (len(torques), leave_after, kick is not None)
+        if kick is not None:
+            piece.kick.assign(kick)
+            rows, columns = model.remembered.T
+            model.moves.base.z[:] = kick.z
+            model.moves.base.z[rows, columns] = state.z[rows, columns]
         model.moves.entry[:count], model.moves.amount[:count], model.count[0] = entries, amounts, count
         self._run()
         return piece.seen[:count, : 1 + len(torques)]
+
+    @property
+    def use(self) -> float:
+        """Coefficient of friction that was needed in the first move of the last call."""
+        return float(self._piece.use[0])
+
+    def left(self, state: State) -> Kick:
+        """The kick that the first move of the last call has left, for a piece that begins beside its end.
+
+        Args:
+            state: where it was left.
+        """
+        model, left = self.model, self._piece.left
+        model.put(state, model.moves.torque)
+        model.moves.base.z[:] = left.z
+        self._compare()
+        return left.copy()
 
     def state(self, row: Array, time: float) -> State:
         """The state of a sample, one row of `samples`."""
