@@ -86,7 +86,8 @@ def run_pieces(mechanics, moves, piece, count):
                 for tip in range(piece.tips):
                     contact = m.touch.contacts[tip]
                     if m.touch.pads[tip].can_slip and contact.force[2] > 0.0:
-                        needed = limit_use(contact, material_force(contact), normal_force(contact))
+                        pad = m.touch.pads[tip]
+                        needed = limit_use(contact, material_force(contact), normal_force(pad, contact))
                         piece.use[0] = max(piece.use[0], needed)
 
 
