@@ -76,18 +76,16 @@ def test_the_start_and_the_reference_count_too():
     assert found[keys[1]] == pytest.approx(_differences(with_target, 0.03, 1e-2), rel=2e-7)
 
 
-def test_moments_are_followed():
+@pytest.mark.parametrize("name", ["target-a", pytest.param("can", marks=pytest.mark.slow)])
+def test_moments_are_followed(name: str) -> None:
     """A law of the lean, relaxing and on a round object, tangent and adjoint."""
     short = {"duration": 0.05, "fingertip": {**BULK, "damping": {"name": "fung"}}}
-    for name in ("target-a", "can"):
-        back = softhand.gradient(name, END, ["mass", "k_along"], overrides=short)
-        forth = softhand.gradient(name, END, ["mass", "k_along"], mode="tangent", overrides=short)
-        np.testing.assert_allclose(forth.slopes, back.slopes, rtol=1e-9)
-        for key, at in zip(back.parameters, back.values, strict=True):
-            wanted = _differences(
-                lambda x, key=key, name=name: _cost(softhand.simulate(name, overrides={**short, key: x})), at, 2e-3
-            )
-            assert back[key] == pytest.approx(wanted, rel=1e-6)
+    back = softhand.gradient(name, END, ["mass", "k_along"], overrides=short)
+    forth = softhand.gradient(name, END, ["mass", "k_along"], mode="tangent", overrides=short)
+    np.testing.assert_allclose(forth.slopes, back.slopes, rtol=1e-9)
+    for key, at in zip(back.parameters, back.values, strict=True):
+        wanted = _differences(lambda x, key=key: _cost(softhand.simulate(name, overrides={**short, key: x})), at, 2e-3)
+        assert back[key] == pytest.approx(wanted, rel=1e-6)
 
 
 def test_tangent_and_adjoint_agree():

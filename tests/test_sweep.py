@@ -151,7 +151,7 @@ def test_a_full_disk_loses_nothing(serial: Sweep, tmp_path: Path, monkeypatch: p
     assert_same(serial, sweep(file, out))
 
 
-LONG = STUDY.replace("duration = 0.04", "duration = 0.1").replace("count = 14", "count = 120")
+LONG = STUDY.replace("duration = 0.04", "duration = 1.0").replace("count = 14", "count = 120")
 
 
 def wait_for(out: Path, chunks: int, is_over: Callable[[], bool]) -> None:

@@ -51,11 +51,12 @@ def spread_of(problem: Problem, solution: Solution, which: Sequence[int]) -> Spr
     Where the residuals are white, the covariance is that of least squares, (A^T A)^-1, A the derivatives of the
     weighted residuals with all states following. Where neighbours are alike, as where the model is not the hand, it is
     (A^T A)^-1 (sum g g^T) (A^T A)^-1 with the scores g = A^T r of stretches of 0.25 s [Liang and Zeger, Biometrika 73,
-    1986], and Student's t of as many stretches less one.
+    1986], and Student's t of as many stretches less one. The step that the linear model has left to go adds its square.
     """
     found, linear = information(problem, solution, which)
     inverse = np.linalg.pinv(found.R)
-    bread = inverse @ inverse.T
+    ahead = inverse @ found.r
+    bread = inverse @ inverse.T + np.outer(ahead, ahead)
     alike = _alike(problem, linear, which)
     if max(alike.values()) <= _ALIKE:
         return Spread(bread, np.inf, alike, True)

@@ -21,6 +21,8 @@ _FIRST_DAMPING, _LEAST_DAMPING, _STUCK = 1e-2, 1e-12, 1e4
 _TRUSTED = 0.1  # damping below which a good step tightens the slack
 _WEIGHINGS, _LOOSENINGS = 4, 4
 _LITTLE = 0.03  # share of the sum by which a step lowers it at the end of a level of slack
+_FLAT, _FLAT_TRIES = 1e-3, 15  # share of the sum that so many tries gain where it is flat
+_NEAR = 1.0  # square of standard deviations, a parameter, up to which a flat sum is at rest
 
 
 class Search:
@@ -77,15 +79,21 @@ class Search:
         return list(zip(self.linear, self.which, strict=True))
 
     def descend(self, is_last: bool) -> bool:
-        """Go on until a step is small, at the least slack that leads there; whether it came to that.
+        """Go on until a step is small, or the sum flat, at the least slack that leads there; whether it came to that.
 
         Args:
             is_last: whether the noise is weighed anew at the end.
         """
         damping, raised, weighings, loosenings, least = _FIRST_DAMPING, 2.0, 0, 0, np.ones(len(self.loose))
-        first = self.tries
+        first, before, since = self.tries, np.inf, self.tries
         while self.tries - first < _MOST_TRIES:
             cost, is_level = self.cost(), bool(np.all(self.loose <= least))
+            if not is_level or cost < (1.0 - _FLAT) * before:
+                before, since = cost, self.tries
+            elif self.tries - since >= _FLAT_TRIES:
+                if self._is_near():
+                    return True
+                since = self.tries
             found = eliminate(self.problem, self.linear, self.which, self.defects, self.weights, damping)
             dx = step_of(found, damping, self.x, *self.bounds, self.free)
             after = self._moved(found, dx)
@@ -123,6 +131,16 @@ class Search:
                     return True
                 self.sigma, weighings = new, weighings + 1
         return False
+
+    def _is_near(self) -> bool:
+        """Whether the linear model has its least within a standard deviation.
+
+        Where a state is hardly seen, as the turn of an object whose position alone is measured, steps get short where
+        the sum is flat already. What the model has left to go is in the intervals, see `intervals.spread_of`.
+        """
+        found = eliminate(self.problem, self.linear, self.which, self.defects, self.weights)
+        dx = step_of(found, 0.0, self.x, *self.bounds, self.free)
+        return float(np.sum((found.R @ dx) ** 2)) < _NEAR * max(len(dx), 1)
 
     def _moved(self, found: Eliminated, dx: Array) -> list[State]:
         """The states that follow when the parameters move by dx."""

@@ -71,8 +71,8 @@ class Observation:
     contact_force: Array
     """f_x, f_y, f_z [N] and tau [N m] on the object, in C_F, shape (nc, 4)."""
     contact_moment: Array
-    """Moments about x_C, y_C, z_C on the object beside `contact_force` [N m], of laws that have a `moment`; NaN under
-    [sensing], as nothing measures them. Shape (nc, 3), or (0, 3) if no law of a tip has one."""
+    """Moments about x_C, y_C, z_C on the object beside `contact_force` [N m], shape (nc, 3) or (0, 3).
+    Of laws that have a `moment`, none if no law of a tip has one; NaN under [sensing], as nothing measures them."""
     contact_angles: Array
     """Of the contact on the tip, in F: Theta in (-pi, pi], Phi in [-pi/2, pi/2] [rad], shape (nc, 2)."""
     contact_coordinates: Array
@@ -101,8 +101,8 @@ class Observation:
     slip_loss: Array
     """Work that the slip of each tip has lost [J], shape (nc,)."""
     slipped_share: Array
-    """Share of the area of each contact that is at its limit, see `contact.elements`, 0 or 1 of one that slips as a
-    whole, shape (nc,); (0,) where all do."""
+    """Share of the area of each contact that is at its limit, shape (nc,), or (0,) where all slip as a whole.
+    See `contact.elements`; 0 or 1 of a contact that slips as a whole."""
     element_deformation: Array
     """`deformation` of each element without dr, zeros behind the last one of a contact, shape (nc, elements, 3);
     (nc, 0, 3) where all slip as a whole."""
