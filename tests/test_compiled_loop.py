@@ -69,6 +69,7 @@ def both(scenario: str, values: dict[str, Any]) -> tuple[Result, Recording]:
         ),
         ("target-a", {"fingertip": {**LEANING, "damping": {"name": "fung"}}, **STEP}),
         ("target-a", {"fingertip": LEANING, "stepper.name": "rk4"}),
+        ("target-a", {"fingertip": {**LEANING, "damping": {"name": "fung"}, "slip_elements": 4}, **STEP}),
         ("can", {"fingertip": LEANING}),
         ("target-a", {**PUSHED, "stepper.step": 0.0005}),
         ("target-a", {"controller.period": 0.004, "control_period": 0.002, "stepper.step": 0.001}),

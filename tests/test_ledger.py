@@ -53,6 +53,15 @@ def test_the_residual_falls_with_the_square_of_the_step(values: dict[str, Any]) 
     assert all(value != 0.0 for value in used)
 
 
+@pytest.mark.parametrize("values", [ELEMENTS, {**ELEMENTS, **RELAXING}], ids=["elements", "elements that relax"])
+def test_it_closes_where_each_element_has_a_moment(values: dict[str, Any]) -> None:
+    """Those of all elements make the moment of a leaning tip: that of one alone would leave work unexplained."""
+    coarse, fine = (energy_ledger(*run(step, values, 0.4, law="bulk")) for step in (5e-4, 2.5e-4))
+    assert fine.is_spring and fine.slip[-1] > 0.0
+    assert abs(coarse.residual[-1] / fine.residual[-1]) == pytest.approx(4.0, rel=0.25)
+    assert abs(fine.residual[-1]) < 5e-3 * min(abs(fine.work[-1]), fine.slip[-1])
+
+
 def test_what_a_tip_stores_when_it_lets_go_is_lost() -> None:
     """A relaxing tip lets go with shear in it; without that loss the ledger leaves a twentieth of the work."""
     step = 2.5e-4

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from softhand.calibration.bench import Linear
-from softhand.calibration.elimination import Eliminated, eliminate
+from softhand.calibration.elimination import Eliminated, eliminate, step_of
 from softhand.calibration.problem import Problem
-from softhand.calibration.search import defects_of
+from softhand.calibration.search import bounds_of, defects_of
 from softhand.calibration.solving import Solution
 from softhand.calibration.weights import Weights, slack_of
 from softhand.numerics.arrays import Array
@@ -55,7 +55,7 @@ def spread_of(problem: Problem, solution: Solution, which: Sequence[int]) -> Spr
     """
     found, linear = information(problem, solution, which)
     inverse = np.linalg.pinv(found.R)
-    ahead = inverse @ found.r
+    ahead = step_of(found, 0.0, solution.x, *bounds_of(problem), np.ones(len(solution.x), dtype=bool))
     bread = inverse @ inverse.T + np.outer(ahead, ahead)
     alike = _alike(problem, linear, which)
     if max(alike.values()) <= _ALIKE:

@@ -47,3 +47,23 @@ class Body:
         i = np.broadcast_to(self.places[:, None], own.shape)
         j = np.broadcast_to(self.places[None], own.shape)
         return coo_matrix((own.ravel(), (i.ravel(), j.ravel())), (self.size, self.size)).tocsr()
+
+
+def at_points(basis: Any, first: int, size: int) -> Any:
+    """From the unknowns to one number at the points of a basis, sparse, shape (points, size).
+
+    Args:
+        basis: of scikit-fem.
+        first: which unknown is the first of that number.
+        size: of all unknowns.
+    """
+    from scipy.sparse import coo_matrix
+
+    points = np.arange(basis.dx.size).reshape(basis.dx.shape)
+    values, rows, columns = [], [], []
+    for (function,), dofs in zip(basis.basis, basis.element_dofs, strict=True):
+        values.append(np.broadcast_to(np.asarray(function), points.shape).ravel())
+        rows.append(points.ravel())
+        columns.append(np.broadcast_to(dofs[:, None] + first, points.shape).ravel())
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return coo_matrix(entries, (points.size, size)).tocsr()

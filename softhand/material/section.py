@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand.material.body import Body
+from softhand.material.body import Body, at_points
 from softhand.material.neo_hookean import N_ROWS
 from softhand.numerics.arrays import Array
 
@@ -73,21 +73,11 @@ class Section:
         Returns:
             Sparse matrix from the unknowns; (R, Z) of the points, shape (2, points); their areas, shape (points,).
         """
-        from scipy.sparse import coo_matrix
-
-        basis, first = self.outside, self._first(motion, field)
+        basis = self.outside
         places = np.asarray(basis.global_coordinates()).reshape(2, -1)
-        n = places.shape[1]
-        points = np.arange(n).reshape(basis.dx.shape)
-        values, rows, columns = [], [], []
-        for (function,), dofs in zip(basis.basis, basis.element_dofs, strict=True):
-            values.append(np.broadcast_to(np.asarray(function), points.shape).ravel())
-            rows.append(points.ravel())
-            columns.append(np.broadcast_to(dofs[:, None] + first, points.shape).ravel())
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         waves = 1.0 if motion == "lean" else 0.0
         areas = (2.0 - waves) * pi * places[0] * basis.dx.ravel()
-        return coo_matrix(entries, (n, self.size(motion))).tocsr(), places, areas
+        return at_points(basis, self._first(motion, field), self.size(motion)), places, areas
 
     def _basis(self, field: str) -> Any:
         return self.pressure if field == "p" else self.inside

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand.material.body import Body
+from softhand.material.body import Body, at_points
 from softhand.material.half_ball import outer_facets
 from softhand.material.neo_hookean import N_ROWS
 from softhand.numerics.arrays import Array
@@ -54,22 +54,8 @@ class Solid:
         outside = FacetBasis(mesh, ElementTetP2(), facets=outer_facets(mesh), intorder=_SURFACE_ORDER)
         self.places: Array = np.asarray(outside.global_coordinates()).reshape(3, -1)
         self.areas: Array = 2.0 * outside.dx.ravel()
-        self.displacements = [_values(outside, i * n, size) for i in range(3)]
+        self.displacements = [at_points(outside, i * n, size) for i in range(3)]
 
     def positions(self, x: Array) -> Array:
         """Of the points on the outer side, shape (3, points)."""
         return self.places + np.stack([displacement @ x for displacement in self.displacements])
-
-
-def _values(basis: Any, first: int, size: int) -> Any:
-    """From the unknowns to one direction of the displacement at the points of a basis, sparse."""
-    from scipy.sparse import coo_matrix
-
-    points = np.arange(basis.dx.size).reshape(basis.dx.shape)
-    values, rows, columns = [], [], []
-    for (function,), dofs in zip(basis.basis, basis.element_dofs, strict=True):
-        values.append(np.broadcast_to(np.asarray(function), points.shape).ravel())
-        rows.append(points.ravel())
-        columns.append(np.broadcast_to(dofs[:, None] + first, points.shape).ravel())
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return coo_matrix(entries, (points.size, size)).tocsr()
